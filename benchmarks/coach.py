@@ -77,7 +77,7 @@ def peer() -> str:
 
     def of(t: float, w: Any) -> Any:
         out = np.empty_like(w)
-        rates.rates(t, data, plan, w, work.wheels, work.pieces, work.Q, out)
+        rates.rates(t, data, plan, w, work.wheels, work.pieces, work.Q, out, True)
         return out
 
     def gap(lane: int) -> Any:

@@ -22,6 +22,8 @@ from options import parser_of
 from own import march_case
 from peer_newmark import Newmark
 
+import wheeltapper as wt
+from wheeltapper.lower.own_law import tabulated_law
 from wheeltapper.march import program as contract
 from wheeltapper.march.general.contract import STRICT, Bodies, Contact, System
 from wheeltapper.march.general.gradients import tangent_arguments
@@ -29,7 +31,7 @@ from wheeltapper.march.general.march import Found, Prepared, march, run
 from wheeltapper.march.general.march import prepare as prepare_march
 from wheeltapper.march.general.tangent import tangent_kernel
 from wheeltapper.march.general.turned import SystemTurn
-from wheeltapper.march.program import LOSS
+from wheeltapper.march.program import LOSS, FloatArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -65,6 +67,10 @@ CASES: dict[str, tuple[Callable[[], System], float, float, float]] = {
 """Each case, its time, s, and at most and aimed at how many marches of the bump a simulated second may cost."""
 BUILDING = 2500.0
 """Marches of the bump that the ring and the tables of one wheel at 20 m/s may cost."""
+
+
+OWN = 2.0
+"""Marches with Hertz's contact that one with a law of one's own may cost."""
 
 
 def cpu_time(call: Callable[[], Any]) -> float:
@@ -149,6 +155,36 @@ def shortest_pass(found: Found, turns: list[SystemTurn], rounds: int) -> float:
     return min(times[1:])
 
 
+def own_laws() -> dict[str, Callable[[FloatArray, FloatArray], FloatArray] | Callable[[FloatArray], FloatArray]]:
+    """Return Hertz's law, and laws of one's own with a rate, as functions."""
+    constant = float(rails.HERTZIAN.numbers[0])
+    return {
+        "Hertz's": lambda delta: constant * delta**1.5,
+        "1 + 0.3 rate": lambda delta, rate: constant * delta**1.5 * (1.0 + 0.3 * rate),
+        "exp(0.3 tanh(rate))": lambda delta, rate: constant * delta**1.5 * np.exp(0.3 * np.tanh(rate)),
+    }
+
+
+def with_own_laws(rounds: int, duration: float) -> dict[str, dict[str, float]]:
+    """Print what marches with laws of one's own cost, in marches with Hertz's contact in turn; return it."""
+    rows = dict[str, dict[str, float]]()
+    for name, system in (("corrugation of 200 um, 30 m/s", corrugated()), ("flat of 40 mm, 20 m/s", one_wheel())):
+        print(f"\n{name}: laws of one's own, over Hertz's contact (at most {OWN:g})")
+        prepared = {"": prepare_march(system)}
+        for by, force in own_laws().items():
+            law, _ = tabulated_law(wt.contact.Law(force))
+            contacts = tuple(one._replace(law=law) for one in system.contacts)
+            prepared[by] = prepare_march(system._replace(contacts=contacts))
+        times = dict.fromkeys(prepared, np.inf)
+        for _ in range(rounds + 1):
+            for by, one in prepared.items():
+                times[by] = min(times[by], cpu_time(lambda one=one: run(one, duration)))
+        rows[name] = {by: times[by] / times[""] for by in prepared if by}
+        for by, ratio in rows[name].items():
+            print(f"  {by:38} {ratio:5.2f}")
+    return rows
+
+
 def against_newmark(rounds: int, steps: tuple[float, ...]) -> None:
     """Print what a plain program costs, and what it would at our error, by the order of its convergence."""
     system, duration = one_wheel(), 0.152
@@ -189,9 +225,10 @@ def main() -> None:
     cost = shortest(built, rounds) / unit
     print(f"  {'ring and tables of one wheel at 20 m/s':42} {cost:7.0f}   (at most {BUILDING:.0f}, in all)")
     tangents = with_tangents(rounds, 0.02 if options.smallest else 0.4)
+    own = with_own_laws(rounds, 0.02 if options.smallest else 0.3)
     against_newmark(rounds, (1e-5,) if options.smallest else (8e-6, 4e-6, 2e-6, 1e-6))
     if not options.smallest:
-        store("track", around | {"bump": unit, "rows": rows, "building": cost, "tangents": tangents})
+        store("track", around | {"bump": unit, "rows": rows, "building": cost, "tangents": tangents, "own": own})
 
 
 if __name__ == "__main__":

@@ -34,6 +34,7 @@ from wheeltapper.lower.cells_on_rails import CellsOnRails
 from wheeltapper.march import run
 from wheeltapper.march.blocks import core_count
 from wheeltapper.march.general import march as general
+from wheeltapper.march.general.tables import forget_tables
 
 MOST = 2.5e5
 """Marches of the bump that a map of 64 x 64 cells may take on two cores."""
@@ -101,17 +102,23 @@ def resumed(spec: dict[str, Any], folder: Path) -> xr.Dataset:
     return xr.open_zarr(path).load()
 
 
+def prepared_anew(task):
+    """Make the tables of a task, those of its track too."""
+    forget_tables()
+    general.prepare(task.system, task.method)
+
+
 def parts(cells: int) -> None:
     """Print where the time goes for cells of one speed."""
     many = CellsOnRails(SCENE, {"irregularity.0.length": np.linspace(0.01, 0.08, cells)})
     first, steps = many.tasks[0], 0.16 / 2e-4
     prepared = general.prepare(first.system, first.method)
-    tables = shortest_cpu(lambda: general.prepare(first.system, first.method), 3)
+    tables = shortest_cpu(lambda: prepared_anew(first), 3)
     alone = shortest_cpu(lambda: general.run(prepared, 0.16), 3)
     print(f"  tables of one speed: {1e3 * tables:.0f} ms; a cell alone: {1e6 * alone / steps:.2f} us a macro step")
     for count in (4, 16, 64):
         some = many.tasks[:count]
-        together = shortest_cpu(lambda some=some: run.march_tasks(some, 1, lambda numbers, found: None), 3) - tables
+        together = shortest_cpu(lambda some=some: run.march_tasks(some, 1, lambda numbers, found: None), 3)
         print(f"  {len(some):3} cells in step: {1e6 * together / len(some) / steps:.2f} us")
 
 

@@ -22,12 +22,12 @@ covers is refused with one sentence: what is not covered, and what would do.
 
    coach = wt.Scenario(vehicle=wt.Wagon.erri_b176(), speed=20.0, duration=0.1)
    try:
-       wt.sweep(coach, {"speed": [20.0, 25.0]}, ["largest_force"])
+       wt.gradient(coach, ["largest_force"], ["speed"])
    except wt.InputError as error:
        refused = error
 
    assert str(refused) == (
-       "vehicle: found a Wagon, which `sweep` does not take; allowed: a Wheelset; `simulate` takes it"
+       "vehicle: found a Wagon, which `gradient` does not take; allowed: a Wheelset; `simulate` takes it"
    )
 
 This page is written from the data that choose and refuse. "Yes": the question takes it; "only": it makes no sense

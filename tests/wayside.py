@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.linalg import cho_solve_banded, cholesky_banded, solve_toeplitz
 from scipy.signal import butter, sosfiltfilt
 
 RADIUS, MASS, HERTZ = 0.46, 600.0, 9.4125e10
@@ -76,6 +76,10 @@ class Line:
     channels: list
     before: float = 6.0
     run_in: float = 3.0
+    pad: float = PAD
+    pad_damping: float = PAD_DAMPING
+    ballast: float = BALLAST
+    rail_mass_per_metre: float = RAIL_MASS
     size: int = field(init=False)
 
     def __post_init__(self):
@@ -95,15 +99,15 @@ class Line:
         bend = BENDING / h**3 * np.array(
             [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h], [-12, -6 * h, 12, -6 * h],
              [6 * h, 2 * h * h, -6 * h, 4 * h * h]])  # fmt: skip
-        mass = RAIL_MASS * h / 420.0 * np.array(
+        mass = self.rail_mass_per_metre * h / 420.0 * np.array(
             [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h], [54, 13 * h, 156, -22 * h],
              [-13 * h, -3 * h * h, -22 * h, 4 * h * h]])  # fmt: skip
         tops, own = self._at(self.tops), self._at(self.sleepers)
         pads = tops + own - self._at(self.tops, self.sleepers) - self._at(self.sleepers, self.tops)
         self.rail_mass = self._chain(mass)
         self.mass = self.rail_mass + SLEEPER * own
-        self.stiffness = self._chain(bend) + PAD * pads + BALLAST * own
-        self.damping = 1e-6 * self._chain(bend) + PAD_DAMPING * pads + BALLAST_DAMPING * own
+        self.stiffness = self._chain(bend) + self.pad * pads + self.ballast * own
+        self.damping = 1e-6 * self._chain(bend) + self.pad_damping * pads + BALLAST_DAMPING * own
 
     def _chain(self, element):
         d = self.deflections
@@ -147,15 +151,18 @@ class Line:
                 shape[self.deflections] = self.window(row, self.nodes)
                 inert[row] = -(self.rail_mass @ shape)
                 shares = self.window(row, self.seats)
-                stiff[row, self.tops], stiff[row, self.sleepers] = -PAD * shares, PAD * shares
-                damp[row, self.tops], damp[row, self.sleepers] = -PAD_DAMPING * shares, PAD_DAMPING * shares
+                stiff[row, self.tops], stiff[row, self.sleepers] = -self.pad * shares, self.pad * shares
+                damp[row, self.tops], damp[row, self.sleepers] = -self.pad_damping * shares, self.pad_damping * shares
                 continue
             seat = int(np.argmin(abs(self.seats - places[0])))
             top, own = self.tops[seat], self.sleepers[seat]
             if kind == "pad":
-                stiff[row, [top, own]], damp[row, [top, own]] = (PAD, -PAD), (PAD_DAMPING, -PAD_DAMPING)
+                stiff[row, [top, own]], damp[row, [top, own]] = (
+                    (self.pad, -self.pad),
+                    (self.pad_damping, -self.pad_damping),
+                )
             else:
-                stiff[row, own], damp[row, own] = BALLAST, BALLAST_DAMPING
+                stiff[row, own], damp[row, own] = self.ballast, BALLAST_DAMPING
         return stiff, damp, inert
 
     @property
@@ -259,17 +266,72 @@ def slow_train(line, lead, axles, loads):
     return out
 
 
-def spoiled(readings, rate, windows, level, gains, drift, rng):
-    """Return readings with wrong gains, drift over the record, N, and noise `level` dB below the rms under axles."""
+def spoiled(readings, rate, windows, level, gains, drift, rng, *, colour=0.0):
+    """Return readings with wrong gains, drift over the record, N, and noise `level` dB below the rms under axles.
+
+    The noise has a density that falls with frequency as f^-colour above 1 Hz: 0 is white, 1 pink.
+    """
     out = gains[:, None] * readings
     time = np.arange(readings.shape[1]) / rate
     for row in range(len(out)):
         rms = np.sqrt(np.mean(readings[row][windows[row]] ** 2))
         slow = np.sin(2.0 * np.pi * time / max(3.0 * time[-1], 1e-9) + rng.uniform(0, 6.28))
-        out[row] += rng.normal(0, 1) * drift * slow + rms * 10.0 ** (-level / 20.0) * rng.standard_normal(out.shape[1])
+        noise = coloured(rng.standard_normal(out.shape[1]), rate, colour)
+        out[row] += rng.normal(0, 1) * drift * slow + rms * 10.0 ** (-level / 20.0) * noise
     return out
+
+
+def coloured(white, rate, colour):
+    """Return noise whose density falls as f^-colour above 1 Hz, of the same standard deviation as white noise of 1."""
+    if not colour:
+        return white
+    shape = np.maximum(np.fft.rfftfreq(len(white), 1.0 / rate), 1.0) ** (-0.5 * colour)
+    found = np.fft.irfft(np.fft.rfft(white) * shape, len(white))
+    return found / found.std()
+
+
+def least_deviation(shapes, rate, colour):
+    """Return the least standard deviation of a force that any unbiased estimate has, over that of the noise.
+
+    It is that of the first of several pulses of unknown forces, whose shapes are known, (pulse, sample); the noise is
+    Gaussian, and coloured as by `coloured` (Cramér and Rao; of a linear model the weighted least squares reach it).
+    """
+    correlation = np.fft.irfft(np.maximum(np.fft.rfftfreq(2**20, 1.0 / rate), 1.0) ** -colour)[: shapes.shape[1]]
+    information = shapes @ solve_toeplitz(correlation / correlation[0], shapes.T)
+    return np.sqrt(np.linalg.inv(information)[0, 0])
 
 
 def low_passed(samples, rate, cutoff=500.0):
     """Return samples after a Butterworth filter of order 4 that runs both ways."""
     return sosfiltfilt(butter(4, cutoff, fs=rate, output="sos"), samples)
+
+
+# -- trains without a track: trapezes, for tests of what is done with recordings ---------------------------------------
+
+WAGON = (0.0, 1.8, 9.0, 10.8)
+
+
+def plain_train(sensors, *, speed=20.0, wagons=3, rate=10e3, flat=None, noise=1e3, seed=1, turned=False):
+    """Return readings, N, by the sensors' names, of wagons 14.4 m apart; `flat` is axle (from 0) and side of a wheel.
+
+    The loads are always the same, so that a train is the same train at its next passage. `turned`: it passes the other
+    way round.
+    """
+    axles = np.array([14.4 * wagon + axle for wagon in range(wagons) for axle in WAGON])
+    known = np.random.default_rng(77)
+    loads = {side: 1e3 * known.uniform(40, 110, len(axles)) for side in ("left", "right")}
+    t = np.arange(0, (axles[-1] + 14) / speed, 1 / rate)
+    rng, out = np.random.default_rng(seed), {}
+    for one in sensors:
+        edges = [one.x1 - GAUGE / 2, one.x1 + GAUGE / 2, one.x2 - GAUGE / 2, one.x2 + GAUGE / 2]
+        force = np.zeros(len(t))
+        for number, behind in enumerate(axles):
+            x = speed * t - 5.0 - behind
+            struck = np.zeros(len(t))
+            if flat == (number, one.side):
+                for place in 0.35 + 2 * np.pi * RADIUS * np.arange(-2, 12):
+                    late = (x - place) / speed
+                    struck += np.where(late > 0.0, 3.0 * np.exp(-np.clip(late, 0.0, 1.0) / 1e-3), 0.0)
+            force += loads[one.side][number] * np.interp(x, edges, [0.0, 1.0, 1.0, 0.0]) * (1.0 + struck)
+        out[one.name] = (force[::-1] if turned else force) + noise * rng.standard_normal(len(t))
+    return out

@@ -111,6 +111,16 @@ def test_a_joint_longer_than_the_run_is_refused():
         wt.simulate(SCENE.replaced({"duration": 0.03}))
 
 
+def test_repeated_joints_are_refused_as_one_is():
+    with pytest.raises(wt.InputError, match=r"^period: found 0\.5 m; allowed: at least 0\.8 m, the length of what"):
+        wt.Repeated(of=JOINT, period=0.5)
+    repeated = SCENE.replaced({"irregularity": [wt.Repeated(of=JOINT, period=2.0)]})
+    with pytest.raises(wt.InputError, match=r"irregularity\.0\.of\.length: found 0\.8 m, in a run over 0\.6 m"):
+        wt.simulate(repeated.replaced({"duration": 0.03}))
+    with pytest.raises(wt.InputError, match=r"^irregularity\.0\.period: found 0\.3 m; allowed: at least 0\.8 m"):
+        repeated.replaced({"irregularity.0.period": 0.3})
+
+
 STRICT_AROUND = {
     "irregularity.0.depth": JOINT,
     "irregularity.0.length": JOINT,

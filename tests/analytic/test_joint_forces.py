@@ -181,6 +181,10 @@ def test_p2_is_the_plastic_blow_of_two_masses_on_the_tracks_spring():
 # -- over speed -------------------------------------------------------------------------------------------------------
 
 SMALL = wt.tracks.Slab(rail="UIC60", spacing=0.6, pad_stiffness=60e6, pad_damping=30e3, bays=40, cutoff=2000.0)
+PAIR = wt.vehicles.Wheelsets(wheelsets=(WHEELSET, WHEELSET), positions=(0.0, -2.4))
+UNDER_ONE = wt.Scenario(
+    vehicle=PAIR, track=SMALL, irregularity={"wheelset 2": ON_RIGID.irregularities[0]}, speed=V, duration=0.2
+)
 
 
 def test_a_joints_forces_over_speed_are_those_of_runs(tmp_path):
@@ -200,8 +204,7 @@ def test_a_joints_forces_over_speed_are_those_of_runs(tmp_path):
     )
     assert (found.P1_jenkins > found.P1).all()  # one mass takes up less than the waves of a rail
     wt.plot(found, tmp_path / "joint.png")
-    pair = wt.vehicles.Wheelsets(wheelsets=(WHEELSET, WHEELSET), positions=(0.0, -2.4))
-    both = wt.tracks.joint_forces(scene.replaced({"vehicle": pair}), 10.0)
+    both = wt.tracks.joint_forces(scene.replaced({"vehicle": PAIR}), 10.0)
     assert both.P1.dims == both.losses.dims == ("speed", "wheelset")
     np.testing.assert_allclose(both.P1.sel(wheelset=2), both.P1.sel(wheelset=1), rtol=0.02)
     assert len(wt.plot(both).axes) == 2
@@ -214,9 +217,10 @@ def test_a_joints_forces_over_speed_are_those_of_runs(tmp_path):
         (lambda: wt.tracks.jenkins(TRACK, WHEELSET, -0.02, 10.0), "angle"),
         (lambda: wt.tracks.jenkins(TRACK, WHEELSET, "0.02 m", 10.0), "angle"),
         (lambda: wt.tracks.jenkins(TRACK, WHEELSET, 0.02, [10.0, 0.0]), "speed"),
-        (lambda: wt.tracks.jenkins(TRACK, wt.Wagon.erri_b176(), 0.02, 10.0), "track"),
+        (lambda: wt.tracks.jenkins(TRACK, wt.Wagon.erri_b176(), 0.02, 10.0), "vehicle"),
         (lambda: wt.tracks.joint_forces(FLAT, 10.0), "irregularity"),
         (lambda: wt.tracks.joint_forces(ON_RIGID, 10.0), "track"),
+        (lambda: wt.tracks.joint_forces(UNDER_ONE, 10.0), "irregularity"),
         (lambda: wt.features.P1("3 s"), "position"),
         (lambda: wt.features.P2(rate=100.0), "rate"),
         (lambda: wt.features.filtered_force(order=3), "order"),

@@ -222,6 +222,9 @@ def test_the_command_compares_a_file_and_says_so_by_its_exit_code(flat, tmp_path
     assert main(["limits", str(tmp_path / "none.toml")]) == 2
     assert main(["limits", str(scene), "--rules", str(scene)]) == 2
     assert main(["limits", str(scene), "--plot", str(tmp_path / "a.txt")]) == 2
+    assert main(["limits", str(scene), "--countries", "XX"]) == 2
+    assert main(["limits", str(record), "--method", "strict"]) == 2
+    assert "--method: found 'strict' with a record" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -231,6 +234,11 @@ def test_the_command_compares_a_file_and_says_so_by_its_exit_code(flat, tmp_path
         (lambda r: wt.limits.check(r, [350e3]), "rules: found 350000"),
         (lambda r: wt.limits.check(r, "none.toml"), "no readable file"),
         (lambda r: wt.limits.check(r, countries=5), "countries: found 5"),
+        (lambda r: wt.limits.check(r, countries=[]), "countries: found none"),
+        (
+            lambda r: wt.limits.check(r, countries=["SE", "XX"]),
+            "countries: found 'XX', which no rule names; allowed",
+        ),
         (lambda r: wt.limits.check(r, rate="20 m"), "rate: found '20 m'"),
         (lambda r: wt.limits.check(r, rate=100.0), "rate: found 100 Hz"),
         (lambda r: only(r, limit=nan, quantity="peak_force"), "limit: found nan"),

@@ -240,3 +240,17 @@ def test_a_filter_besides_the_circle_is_refused():
 def test_heights_without_a_spectrum_are_refused():
     with pytest.raises(wt.InputError, match="heights: found an array of shape"):
         wt.irregularities.third_octave_levels([1.0, 2.0], 0.1)
+
+
+@pytest.mark.parametrize("spacing", [0.0, -1e-3, "1 s", None])
+def test_a_spacing_that_is_no_length_is_refused(spacing):
+    with pytest.raises(wt.InputError, match=r"^spacing: found "):
+        wt.irregularities.third_octave_levels(np.zeros(100), spacing)
+
+
+def test_a_spacing_may_have_a_unit_and_text_is_no_height():
+    y = np.random.default_rng(1).standard_normal(400)
+    for one, other in zip(*(wt.irregularities.third_octave_levels(y, d) for d in (1e-3, "1 mm")), strict=True):
+        np.testing.assert_array_equal(one, other)
+    with pytest.raises(wt.InputError, match=r"^heights: found 'abc'"):
+        wt.irregularities.third_octave_levels("abc", 1.0)

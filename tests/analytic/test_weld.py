@@ -64,7 +64,11 @@ def test_a_measured_weld_is_written_moved_and_met(tmp_path):
         ({"height": 1e-4}, "found no whole shape"),
         ({"height": 1e-4, "length": 0.1, "path": "weld.csv"}, "found more than height and length; allowed: one of"),
         ({"height": 1e-4, "length": 0.1, "heights": (0, 1)}, "found more than height and length"),
-        ({"height": 1e-4, "length": 0.1, "noise": 1e-6}, "noise: found something that a cosine has not; allowed: "),
+        ({"height": 1e-4, "length": 0.1, "noise": 1e-6}, "noise: found 1e-06, which does nothing beside height"),
+        (
+            {"positions": tuple(X), "heights": tuple(shape(X)), "columns": (0, 1)},
+            r"columns: found \(0, 1\), which does nothing without a path; allowed: no columns",
+        ),
         ({"height": 1e-4, "length": -0.1}, r"length: found -0\.1; allowed: "),
     ],
 )

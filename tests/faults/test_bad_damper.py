@@ -39,11 +39,6 @@ start = "10 mm"
         ('"25 um"', '"25 um"\nbush_stiffness = 0', ("vehicle.bush_stiffness", "greater than 0")),
         ('"25 um"', '"25 um"\nbush_stiffness = "1e12 N/m"', ("2e+07 times damping", "at most 5e+10 N/m", "rigid")),
         ('"25 um"', '"25 um"\nbush_stiffnes = 1e8', ("vehicle.bush_stiffnes", "did you mean 'bush_stiffness'")),
-        ('"Hertz"', '"Thornton"', ("contact", "elastic-plastic contact together with a damper", "an elastic contact")),
-        (
-            'type = "Hertz"\nconstant = 1.405e11', 'type = "Linear"\nstiffness = 2e9\nbilateral = true',
-            ("contact", "also pulls together with a damper with play", "only pushes, or a damper without"),
-        ),
     ],
 )  # fmt: skip
 def test_a_wrong_damper_is_refused_with_one_message(tmp_path, capsys, old, new, parts):
@@ -69,17 +64,17 @@ def test_what_has_no_such_dampers_says_so(tmp_path, changes):
         (lambda: trajectory(scene, ("vehicle.mass",), np.array([0.001])), "trajectory"),
         (lambda: trajectory(scene, (), np.array([0.001])), "trajectory"),
     ):
-        with pytest.raises(wt.InputError, match=rf"vehicle: found a damper with play or a bush, which `{name}` does"):
+        with pytest.raises(
+            wt.InputError, match=rf"(a damper with play or a bush|play of the damper), which `{name}` does"
+        ):
             ask()
     plain = scene.replaced({"vehicle.damper_play": 0.0, "vehicle.bush_stiffness": None})
-    with pytest.raises(wt.InputError, match=r"vehicle.damper_play: found a damper with play or a bush"):
+    with pytest.raises(wt.InputError, match=r"damper_play: found a stiff track together with a damper with play"):
         wt.sweep(plain, {"vehicle.damper_play": [0.0, 1e-5]}, [wt.features.largest_force()])
     with pytest.raises(wt.InputError, match=r"vehicle.damper_play: found a damper with play or a bush"):
         trajectory(plain, ("vehicle.damper_play",), np.array([0.001]))
-    with pytest.raises(wt.InputError, match=r"found a damper with play or a bush, which `gradient` does not take"):
+    with pytest.raises(wt.InputError, match=r"play of the damper, which `gradient` does not take"):
         wt.gradient(plain, [wt.features.largest_force()], ["vehicle.damper_play"])
-    with pytest.raises(wt.InputError, match=r"elastic-plastic contact together with a damper with play or a bush"):
-        scene.replaced({"contact": wt.contact.Thornton(constant=1.405e11)})
 
 
 def test_many_such_scenarios_march_side_by_side(tmp_path):

@@ -80,6 +80,15 @@ def test_a_recording_of_another_rate_is_refused(tmp_path, capsys):
     assert "20000 Hz" in error
 
 
+@pytest.mark.parametrize("name", ["sensor", "sensors"])
+def test_a_file_with_sensors_alone_is_a_site(name, tmp_path):
+    path = tmp_path / "sensors.toml"
+    path.write_text(f'[[{name}]]\nkind = "contact force"\nname = "a"\nx1 = 0.0\nx2 = 0.5\n', encoding="utf-8")
+    assert [one.name for one in wt.load(path).sensors] == ["a"]
+    write_toml(wt.load(path), path)
+    assert "rate" not in wt.load(path).sensors[0].model_fields_set  # else files of another rate would be refused
+
+
 def test_a_trigger_has_a_unit_or_is_none_in_a_file(tmp_path):
     text = SITE.read_text(encoding="utf-8")
     for given, held in (('"1 ms"', 1e-3), ("0.002", 2e-3), ('"none"', None)):

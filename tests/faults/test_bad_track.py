@@ -116,15 +116,19 @@ def scene(**fields):
     )
 
 
-def test_a_wagon_on_rails_that_give_way_is_refused_by_the_door():
-    coach = wt.Wagon.erri_b176()
+def test_a_wagon_on_a_track_with_anomalies_is_refused_by_the_door():
+    coach, track = wt.Wagon.erri_b176(), wt.tracks.Ballasted(**EXAMPLE, anomalies=wt.tracks.HangingSleeper(seat=3))
     with pytest.raises(wt.InputError) as caught:
-        scene(vehicle=coach)
-    assert (caught.value.found, caught.value.allowed) == (
-        run.refusal(run.SIMULATE, coach.needs | wt.tracks.Ballasted(**EXAMPLE).needs).found,
-        run.refusal(run.SIMULATE, coach.needs | wt.tracks.Ballasted(**EXAMPLE).needs).allowed,
-    )
-    assert "rails on sleepers" in str(caught.value)
+        scene(vehicle=coach, track=track)
+    expected = run.refusal(run.SIMULATE, coach.needs | track.needs)
+    assert (caught.value.found, caught.value.allowed) == (expected.found, expected.allowed)
+    assert "anomalies of the track" in str(caught.value)
+
+
+def test_what_a_wagon_on_rails_is_not_asked_is_refused_by_name():
+    coach = scene(vehicle=wt.Wagon.erri_b176(), track=wt.tracks.Ballasted(**EXAMPLE, bays=90), duration=0.001)
+    with pytest.raises(wt.InputError, match="vehicle: found a Wagon, which `gradient` does not take"):
+        wt.gradient(coach, ["time_in_air"], ["speed"])
 
 
 def test_on_rails_a_wheelset_has_one_wheel_or_two():

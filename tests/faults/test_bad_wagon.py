@@ -47,6 +47,10 @@ type = "WheelRail"
 """
 
 
+COMMON = 'name = "it"\nbetween = ["body", "wheelset 1"]\nat = [0.0, 0.0, 0.5]\n'
+LAW = 'type = "Damper"\nalong = "z"\n'
+
+
 @pytest.mark.parametrize(
     ("old", "new", "parts"),
     [
@@ -84,6 +88,21 @@ def test_a_wrong_coach_is_refused(tmp_path, capsys, old, new, parts):
         ('"WheelRail"', '"WheelRail"\nwheel = "rail.txt"', ("rail.txt", "wheel")),
         ('"WheelRail"', '"WheelRail"\nrail = "metres.txt"', ("metres.txt", "metres")),
         ("mass = 1500", "mass = 1500\nload = -2e5", ("wheelset 1", "static load", "carry")),
+        *(
+            ("[profiles]", f"[[vehicle.elements]]\n{COMMON}{fields}\n[profiles]", ("vehicle.elements.1", *parts))
+            for fields, *parts in (
+                ('type = "Friction"\nalong = "z"\nforce = 0', "force", "greater than 0"),
+                ('type = "Friction"\nalong = "up"\nforce = 100', "along", "'x', 'y' or 'z'"),
+                ('type = "Friction"\nalong = "z"\nforce = 100\nstatic_force = 90', "static_force", "90 N", "100 N"),
+                ('type = "Damper"', "damping", "none of them", "damping, or along, rate and force"),
+                ('type = "Damper"\ndamping = [0, 0, 1]\nalong = "z"', "damping, along", "or along, rate and force"),
+                (f"{LAW}rate = [0, 1]\nforce = [0, 1, 2]", "2 rates and 3 forces", "as many of both"),
+                (f"{LAW}rate = [0, 2, 1]\nforce = [0, 1, 2]", "rate", "strictly rising"),
+                (f"{LAW}rate = [1, 2]\nforce = [1, 2]", "rate", "does not pass through zero", "rate 0 with force 0"),
+                (f"{LAW}rate = [0, 1, 2]\nforce = [0, 2, 1]", "force", "do not rise", "ones that do not fall"),
+                (f"{LAW}rate = [0, 1, 2]\nforce = [0, 1, 1]\nseries_stiffness = 1e7", "force", "rising ones"),
+            )
+        ),
     ],
 )
 def test_a_wrong_vehicle_or_profile_is_refused(tmp_path, capsys, old, new, parts):
@@ -137,12 +156,6 @@ def test_sides_and_creep_are_for_wagons_only():
     ):
         with pytest.raises(wt.InputError, match=said):
             wt.Scenario.of(base | more)
-
-
-def test_maps_of_wagons_are_refused_for_now():
-    scene = wt.Scenario(vehicle=wt.Wagon.erri_b176(), contact=wt.Hertz(), speed=5, duration=0.1)
-    with pytest.raises(wt.InputError, match="Wagon"):
-        wt.sweep(scene, over={"speed": [4.0, 5.0]}, features=[wt.features.largest_force()])
 
 
 def test_elastic_constants_beside_a_given_constant_shape_creep_on_a_wagon_only():

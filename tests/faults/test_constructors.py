@@ -90,6 +90,18 @@ WRONG = [
     (wt.OutOfRound, {"orders": (1,)}, "found 0 amplitudes for 1 orders; allowed: one for each"),
     (wt.Measured, {}, "found neither or both of path and positions with heights"),
     (wt.Profile, {"function": 5}, "function: found 5; allowed: callable"),
+    (
+        wt.Measured, {"positions": (0, 1), "heights": (0, 0), "columns": (0, 1)},
+        "columns: found (0, 1), which does nothing without a path; allowed: no columns",
+    ),
+    (
+        wt.OutOfRound, {"orders": (1,), "amplitudes": (1e-4,), "noise": 1e-6},
+        "noise: found 1e-06, which does nothing beside orders; allowed: no noise",
+    ),
+    (
+        wt.irregularities.Spectrum, {"curve": "ISO 3095:2013", "deviation_band": (0.1, 0.2)},
+        "deviation_band: found (0.1, 0.2), which does nothing without a deviation",
+    ),
     (wt.Repeated, {"of": 5, "period": 1}, "of: found 5; allowed: an irregularity of the rail"),
     (wt.Repeated, {"of": {"type": "CosineBmp"}, "period": 1}, "of.type: found 'CosineBmp'; allowed: Corrugation, Cos"),
     (wt.Repeated, {"of": BUMP | {"type": "CosineBump", "length": 0}, "period": 1}, "of.length: found 0; allowed: "),

@@ -28,6 +28,9 @@ MAKERS = {
         vehicle=wt.Wheelset(**WHEELSET), **SCENE | {"contact": wt.contact.Thornton(constant=1.405e11)}
     ),
     "wagon": lambda: wt.Scenario.from_toml("examples/coach_step.toml").replaced({"duration": 0.02}),
+    "wagon on rails": lambda: wt.Scenario.from_toml("examples/coach_step.toml").replaced(
+        {"duration": 0.01, "track": wt.tracks.Slab(**wt.tracks.Slab.example | {"cutoff": 1000, "bays": 160})}
+    ),
 }
 EXTREMES = (1e9, -1.0, float("nan"), float("inf"), 1e300, 0.5)
 ANSWERS = """
@@ -74,7 +77,7 @@ def saved(tmp_path_factory):
 
 def stored(data):
     """Return the variables that a load reads."""
-    names = ("march_", "program_", "units", "assembly", "static_force")
+    names = ("march_", "program_", "units", "rails_", "assembly", "static_force")
     return [str(name) for name in data.variables if str(name).startswith(names)]
 
 

@@ -107,7 +107,7 @@ def test_a_scenario_that_is_refused_ends_those_beside_it(monkeypatch):
         time.sleep(0.001)
         return 1 / 0
 
-    monkeypatch.setattr(simulating, "_simulated_scenario", failing)
+    monkeypatch.setattr(simulating, "simulated_scenario", failing)
     with pytest.raises(ZeroDivisionError):
         wt.simulate([wheelset() for _ in range(1000)], threads=1)
     assert len(begun) < 1000

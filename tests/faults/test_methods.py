@@ -119,7 +119,6 @@ WALK = {
     "roc, interval": (lambda v: curve().interval(v), NOT_LEVELS),
     "finding, score": (lambda v: finding().score(v), [*ANYTHING, "wheels"]),
     "a train, alarms_at": (lambda v: train().alarms_at(v), [0, 2, *ANYTHING]),
-    "a rule, is_in": (lambda v: rule().is_in(v), [5, None, {"a": 1}, [5], [None], float("nan"), object()]),
     "a rule, raised_by": (lambda v: rule().raised_by(v), NOT_NUMBERS),
     "a fault, passage": (lambda v: fault().passage(v), [*ANYTHING, site()]),
     "a fault, size": (lambda v: fault().passage(site().passage, v), [inf, -1, *NOT_NUMBERS[1:]]),

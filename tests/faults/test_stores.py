@@ -189,6 +189,7 @@ def test_what_is_no_store_of_this_study_is_refused(tmp_path, capsys):
     refused(study, "--output", tmp_path / "map.nc", text=".zarr")
     refused(study, "--output", tmp_path / "none" / "map.zarr", text="cannot be written")
     refused(study, "--output", tmp_path / "x.zarr", "--workers", "2", "--scheduler", "a:1", text="one of them")
+    refused(study, "--output", tmp_path / "x.zarr", "--workers", "2", "--threads", "3", text="--threads: found 3")
     assert not (tmp_path / "x.zarr").exists()
 
 
@@ -249,6 +250,35 @@ def test_two_worker_processes_write_the_same_bits(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "dashboard: http" in done.stderr
     assert files(alone) == files(shared)
+
+
+ON_RAILS = """
+scenario = "flat.toml"
+features = ["largest_force", "time_in_air"]
+gradient = {gradient}
+chunk = 4
+[over]
+speed = [15.0, 22.0]
+irregularity.0.length = {{ from = 0.03, to = 0.06, count = 4 }}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gradient", ["false", "true"])
+def test_a_study_on_rails_has_the_same_bits_by_two_worker_processes(tmp_path, gradient):
+    track = wt.tracks.Ballasted.named("rolland_UIC60_example").model_copy(update={"cutoff": 2000.0, "bays": 40})
+    wt.Scenario(
+        vehicle=wt.Wheelset(mass=1200, load=188_228), track=track, contact=wt.Hertz(constant=1.8825e11),
+        irregularity=wt.WheelFlat(length=0.06, position=0.05), speed=20, duration=0.03,
+    ).to_toml(tmp_path / "flat.toml")  # fmt: skip
+    study, alone, shared = (tmp_path / name for name in ("study.toml", "alone.zarr", "shared.zarr"))
+    study.write_text(ON_RAILS.format(gradient=gradient))
+    swept(study, alone)
+    swept(study, shared, "--workers", "2")
+    assert files(alone) == files(shared)
+    with xr.open_zarr(shared) as held:
+        assert (held.status == 0).all()
+        assert float(held.time_in_air.max()) > 0.0
 
 
 POISON = """

@@ -36,9 +36,9 @@ print(json.dumps({
 """
 
 
-def answer(*arguments, **environment):
+def answer(*arguments, script=SCRIPT, **environment):
     done = subprocess.run(
-        [sys.executable, "-c", SCRIPT, *arguments], env=os.environ | environment, capture_output=True, text=True
+        [sys.executable, "-c", script, *arguments], env=os.environ | environment, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout), done.stderr
@@ -63,23 +63,34 @@ def test_without_compilation_the_answers_are_the_same(arguments, capsys, monkeyp
         assert plain[name] == pytest.approx(compiled[name], rel=1e-9, abs=1e-15)
 
 
+SMALL = """
+import json, sys
+import numpy as np
+from wheeltapper.march.kernel import is_compiled
+from wheeltapper.march.layout import SCRATCH
+from wheeltapper.march.margin import _smallest_value
+
+S = np.zeros(SCRATCH)
+S[:3] = 5.0, -2.0, 1.0
+arguments = 0, 2, 0.5, S
+print(f"compiled: {is_compiled(_smallest_value, arguments)}", file=sys.stderr)
+print(json.dumps(_smallest_value(*arguments)))
+"""
+"""Where 5 - 2·x + x² is smallest on (0, 0.5): a kernel that is compiled soon, with a callee in another file."""
+
+
 @pytest.mark.slow
 def test_an_edited_kernel_is_compiled_again(tmp_path):
     shutil.copytree(PACKAGE, tmp_path / "wheeltapper", ignore=shutil.ignore_patterns("__pycache__"))
     place = {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    first, said = answer(**place)
-    assert "compiling" in said
-    again, said = answer(**place)
-    assert "compiling" not in said
-    assert again == first
-    events = tmp_path / "wheeltapper" / "march" / "events.py"  # a callee of the kernel that is called, in another file
-    text = events.read_text(encoding="utf-8")
-    assert text.count("follow_force(time + after, size, ") == 1
-    events.write_text(text.replace("follow_force(time + after, size, ", "follow_force(time + after, 2.0 * size, "))
-    edited, said = answer(**place)
-    assert "compiling" in said
-    assert edited["times"] == pytest.approx(first["times"])
-    assert edited["forces"] == pytest.approx([2.0 * value for value in first["forces"]])
+    assert answer(script=SMALL, **place) == (4.25, "compiled: False\n")
+    assert answer(script=SMALL, **place) == (4.25, "compiled: True\n")
+    roots = tmp_path / "wheeltapper" / "march" / "roots.py"
+    text = roots.read_text(encoding="utf-8")
+    assert text.count("    total = a[at + n]\n") == 1
+    roots.write_text(text.replace("    total = a[at + n]\n", "    total = 2.0 * a[at + n]\n"))
+    assert answer(script=SMALL, **place) == (4.5, "compiled: False\n")  # 5 - 2·x + 2·x²
+    assert answer(script=SMALL, **place) == (4.5, "compiled: True\n")
 
 
 @pytest.mark.slow

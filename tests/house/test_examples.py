@@ -16,6 +16,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENARIOS = {
     "bogie_over_weld.toml": (0, 1.562),
     "bump.toml": (11, 5.566),
+    "coach_on_ballast.toml": (2, 2.881),
     "coach_step.toml": (4, 3.488),
     "corrugation.toml": (0, 2.342),
     "corrugation_on_slab.toml": (0, 1.723),

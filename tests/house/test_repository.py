@@ -105,7 +105,7 @@ MOST_ARGUMENTS = 12
 
 def is_kernel(function: ast.AST) -> bool:
     return any(
-        isinstance(decorator, ast.Name) and decorator.id in ("kernel", "plain_kernel")
+        isinstance(decorator, ast.Name) and decorator.id.endswith("kernel")
         for decorator in getattr(function, "decorator_list", [])
     )
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 import wheeltapper as wt
-from tests.reference.test_rails_by_finite_elements import FiniteRail
+from tests.finite_rail import FiniteRail
 
 TRACK = wt.tracks.Ballasted.named("rolland_UIC60_example")
 SMALL = {"bays": 40, "cutoff": 2000.0}
@@ -40,6 +40,7 @@ def force_of(record):
 
 def test_a_void_that_never_closes_is_a_removed_spring():
     wide = simulated(with_anomalies(wt.tracks.HangingSleeper(seat=2, void="1 cm")))
+    assert ", 0 closings of voids, " in str(wide)
     gone = simulated(with_anomalies(HANGING))
     assert wide.events.sizes["event"] == 0
     np.testing.assert_allclose(force_of(wide), force_of(gone), rtol=1e-12)
@@ -118,6 +119,7 @@ def test_what_went_into_a_void_is_what_its_spring_holds_and_its_damper_has_taken
     record = simulated(with_anomalies(*ANOMALIES["void"]), "strict", duration=0.045)
     closes = float(record.events.time[0])
     assert record.events.kind.values.tolist() == ["void closes"]
+    assert ", 1 closing of voids, " in str(record)
     times = np.linspace(closes, record.end, 20_001)
     found = record._march.found
     from wheeltapper.march.general.replay import replay

@@ -173,6 +173,72 @@ def test_gradients_agree_with_differences_of_the_strict_mode(name):
         assert np.all(np.abs(slopes - expected) < 1e-6 * np.abs(expected) + 10 * noise), path
 
 
+ROUGH = wt.irregularities.Spectrum(curve="ISO 3095:2013", wavelengths=(0.02, 0.4), added=15.0, seed=3)
+FAR = [
+    wt.CosineBump(height=h, length=length, start=start)
+    for h, length, start in ((4e-4, 0.05, 90.0), (2e-4, 0.08, 89.99))
+]
+
+
+@pytest.mark.parametrize(
+    ("items", "path", "duration"),
+    [
+        (FAR, "irregularity.0.start", 3.05),
+        ([ROUGH, FAR[0].moved(-89.7)], "irregularity.0.position", 0.05),
+        ([ROUGH, ROUGH.model_copy(update={"seed": 4, "position": 100.0})], "irregularity.1.position", 0.05),
+    ],
+)
+def test_places_have_derivatives_wherever_they_are(items, path, duration):
+    """A spectrum begins whole periods before the run; how many changes at the place zero."""
+    scene = BUMP.replaced({"irregularity": items, "speed": 30.0, "duration": duration})
+    asked = [wt.features.first_loss(), wt.features.largest_force(), wt.features.time_in_air()]
+    found = wt.gradient(scene, asked, [path])
+    index, field = int(path.split(".")[1]), path.split(".")[2]
+    step, rows = 1e-5, []
+    for k in (-2, -1, 1, 2):
+        record = wt.simulate(scene.replaced({path: getattr(items[index], field) + k * step}), "strict")
+        rows.append(np.array([float(each(record)) for each in asked]))
+    expected = (rows[0] - 8 * rows[1] + 8 * rows[2] - rows[3]) / (12 * step)
+    slopes = [float(found[f"{each.name}_gradient"][0]) for each in asked]
+    np.testing.assert_allclose(slopes, expected, rtol=1e-5)
+
+
+WAVES = wt.Corrugation(amplitude=2e-6, wavelength=0.05, start=0.01)
+ROUND = wt.OutOfRound(orders=(20, 31), amplitudes=(2e-5, 1e-5))
+
+
+@pytest.mark.parametrize(
+    ("first", "path", "step"), [(WAVES, "irregularity.0.wavelength", 1e-8), (ROUND, "vehicle.radius", 1e-7)]
+)
+def test_waves_have_derivatives_after_a_thousand_of_them(first, path, step):
+    """A bump behind 60 m of waves meets them in a phase that depends on their number."""
+    bump = wt.CosineBump(height=4e-4, length=0.06, start=60.0)
+    scene = BUMP.replaced({"irregularity": [first, bump], "speed": 30.0, "duration": 2.02})
+    asked = [wt.features.last_loss(), wt.features.largest_force()]
+    found = wt.gradient(scene, asked, [path])
+    held, rows = float(found.value[0]), []
+    for k in (-2, -1, 1, 2):
+        record = wt.simulate(scene.replaced({path: held + k * step}), "strict")
+        rows.append(np.array([float(each(record)) for each in asked]))
+    expected = (rows[0] - 8 * rows[1] + 8 * rows[2] - rows[3]) / (12 * step)
+    np.testing.assert_allclose([float(found[f"{each.name}_gradient"][0]) for each in asked], expected, rtol=1e-5)
+
+
+def test_a_wave_that_would_become_two_has_no_derivative():
+    scene = BUMP.replaced({"irregularity": [WAVES, wt.CosineBump(height=4e-4, length=0.05, start=0.1)]})
+    with pytest.raises(wt.InputError, match=r"^irregularity\.0\.wavelength: found the length of one of two waves"):
+        wt.gradient(scene, "largest_force", ["irregularity.0.wavelength"])
+
+
+@pytest.mark.parametrize("field", ["period", "wavelengths.0"])
+def test_fields_that_choose_the_waves_of_a_spectrum_have_no_derivative(field):
+    scene = BUMP.replaced({"irregularity": ROUGH.model_copy(update={"period": 150.0}), "duration": 0.05})
+    with pytest.raises(
+        wt.InputError, match=rf"^irregularity\.0\.{field}: found a field that chooses the waves of a Spec"
+    ):
+        wt.gradient(scene, "largest_force", [f"irregularity.0.{field}"])
+
+
 def test_default_and_strict_gradients_are_the_same():
     features = everything(10)
     default, strict = (

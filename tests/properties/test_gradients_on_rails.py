@@ -1,11 +1,15 @@
 """Exact derivatives of runs on rails: central differences, linear theory, the wheel's march on a stiff track."""
 
+import json
+
 import numpy as np
 import pytest
+from scipy.differentiate import derivative
 from scipy.integrate import solve_ivp
 
 import wheeltapper as wt
 from tests import rails
+from wheeltapper.describe.scenario import Start
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march import program as contract
 from wheeltapper.march.general.contract import STRICT, Bodies
@@ -77,7 +81,7 @@ def check(scene, paths, impacts, method="strict", most=1e-6):
 
 
 OF_THE_WHEEL = {"vehicle.mass": 0.3, "vehicle.load": 10.0, "vehicle.stiffness": 4e4, "vehicle.damping": 200.0}
-OF_THE_WAVES = {"irregularity.0.amplitude": 4e-9, "irregularity.0.wavelength": 2e-8, "irregularity.0.start": 2e-7}
+OF_THE_WAVES = {"irregularity.0.amplitude": 4e-9, "irregularity.0.wavelength": 2e-8, "irregularity.0.start": 4e-7}
 
 
 def test_a_corrugation_that_shakes_the_wheel_off():
@@ -117,10 +121,48 @@ def test_a_corrugation_that_shakes_the_wheel_off():
             {"vehicle.wheelset_mass": 0.3, "vehicle.frame_mass": 60.0, "vehicle.pitch_inertia": 60.0,
              "vehicle.primary_stiffness": 5e4, "vehicle.secondary_damping": 800.0, "vehicle.wheel_load": 10.0}, 12,
         ),
+        (
+            {"vehicle": TWO, "track": wt.FloatingDeck(mass=4e3, stiffness=2e7, damping=3e4),
+             "start": Start(displacement=1e-4, velocity=0.01), "duration": 0.015},
+            {"track.mass": 0.02, "track.damping": 1.0, "start.displacement": 1e-9, "start.velocity": 1e-6,
+             "vehicle.wheelsets.0.mass": 0.02}, 4,
+        ),
+        (
+            {"vehicle": WHEEL.model_copy(update={"bush_stiffness": 5e7})},
+            {"vehicle.bush_stiffness": 1e5, "vehicle.damping": 200.0, "vehicle.mass": 0.3, "speed": 6e-4}, 12,
+        ),
+        (
+            {"start": Start(displacement=-2e-4)}, {"start.displacement": 4e-9, "vehicle.load": 10.0, "speed": 6e-4}, 8,
+        ),
     ],
 )  # fmt: skip
 def test_central_differences_of_strict_runs(changes, paths, impacts):
     check(BASE.replaced(changes), paths, impacts)
+
+
+@pytest.mark.parametrize("vehicle", [WHEEL, TWO])
+def test_a_swept_map_has_the_derivatives_that_scipy_finds_from_strict_runs(vehicle):
+    scene, asked = BASE.replaced({"vehicle": vehicle}), [wt.features.first_loss(), wt.features.largest_force()]
+    over, steps = {"speed": [28.0, 30.0]}, {"speed": 6e-4, "irregularity.0.amplitude": 4e-9}
+    found = wt.sweep(scene, over, asked, gradient=list(steps), method="strict", progress=False)
+    assert (found.status == 0).all()
+    assert (found.gradient_status == 0).all()
+    for i, speed in enumerate(over["speed"]):
+        cell = scene.replaced({"speed": speed})
+        for number, (path, step) in enumerate(steps.items()):
+
+            def values(x, cell=cell, path=path):
+                """Return the features of all wheelsets (rows) at some values of a field."""
+                fields = x.reshape(len(x), -1)[0]  # those of all rows are the same
+                runs = [wt.simulate(cell.replaced({path: float(one)}), "strict", progress=False) for one in fields]
+                every = [np.concatenate([np.ravel(each(run)) for each in asked]) for run in runs]
+                return np.column_stack(every).reshape(x.shape)
+
+            each_of = len(asked) * len(getattr(vehicle, "positions", (0.0,)))
+            held = np.full(each_of, float(Fields(cell)(path)))
+            expected = derivative(values, held, order=6, initial_step=step, maxiter=1, preserve_shape=True).df
+            own = [found[f"{each.name}_gradient"].values[number, ..., i].ravel() for each in asked]
+            np.testing.assert_allclose(np.concatenate(own), expected, rtol=1e-5)
 
 
 @pytest.mark.slow
@@ -250,3 +292,19 @@ def test_a_stiff_track_has_the_derivatives_of_the_wheels_march():
 def test_other_fields_are_refused_by_name(scene, path, words):
     with pytest.raises(wt.InputError, match=f"^{path}: found {words}.* does not differentiate .* allowed: a field of"):
         wt.gradient(scene, ["largest_force"], [path])
+
+
+@pytest.mark.parametrize("scene", [BASE, BASE.replaced({"vehicle": TWO, "track": wt.StiffTrack()})])
+def test_derivatives_of_a_highest_position_are_refused_by_name(scene):
+    with pytest.raises(wt.InputError, match=r"^features\.largest_displacement: found a highest position, which"):
+        wt.gradient(scene, ["largest_force", "largest_displacement"], ["speed"])
+
+
+def test_a_note_names_what_has_no_derivative_where_a_contact_is_released():
+    damped = BASE.replaced({"contact": wt.Hertz(constant=1.88e11, hysteresis=4.6)})
+    found = wt.gradient(damped, ["time_in_air", "largest_force"], ["vehicle.mass", "speed"])
+    assert np.isnan(found.time_in_air_gradient.values).all()
+    assert np.isfinite(found.largest_force_gradient.values).all()
+    told = [note for note in json.loads(found.attrs["notes"]) if "no derivative" in note]
+    assert len(told) == 1
+    assert told[0].startswith("time_in_air has no derivative by vehicle.mass, speed: ")

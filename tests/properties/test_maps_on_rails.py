@@ -6,6 +6,7 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.ask.border import _Plane
 from wheeltapper.describe.registry import registered_in
+from wheeltapper.describe.scenario import Start
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.cells_on_rails import CellsOnRails
 from wheeltapper.march.general.ensemble import works_of
@@ -48,6 +49,20 @@ CASES = {
     "two wheelsets, a law of one's own": (PAIR, {"speed": [20.0, 26.0], "vehicle.positions.1": [-1.8, -2.5]}),
     "a hanging sleeper": (HANGING, {"track.anomalies.0.void": [1e-4, 3e-4], "irregularity.0.length": [0.04, 0.06]}),
     "scattered pads": (SCATTERED, {"speed": [20.0, 26.0], "irregularity.0.length": [0.04, 0.06]}),
+    "two wheelsets dropped on a deck": (
+        PAIR.replaced(
+            {
+                "contact": FLAT.contact,
+                "start": Start(displacement=1e-4),
+                "track": wt.FloatingDeck(mass=4e3, stiffness=2e7, damping=3e4),
+            }
+        ),
+        {"start.displacement": [1e-4, 3e-4], "track.mass": [3e3, 5e3], "vehicle.wheelsets.0.mass": [1e3, 1200.0]},
+    ),
+    "dropped on rails": (
+        FLAT.replaced({"start": Start(displacement=1e-4)}),
+        {"start.displacement": [-2e-4, 3e-4], "speed": [20.0, 26.0]},
+    ),
     "a bogie on a slab": (ON_SLAB, {"irregularity.0.wavelength": [0.04, 0.05], "vehicle.frame_mass": [2e3, 3e3]}),
 }
 
@@ -77,8 +92,13 @@ def test_a_map_holds_what_records_say(name):
         record = wt.simulate(scene.replaced(one), progress=False)
         hit += len(record.events.time)
         for feature in PLAIN:
+            own, alone = chart[feature.name].values[(..., *cell)], feature(record).values
+            if feature.name == "missing_energy":  # an error itself
+                assert np.all((own > 0.0) & (own < 1e-6))
+                np.testing.assert_allclose(own, alone, rtol=0.0, atol=1e-10)
+                continue
             loose = 1e-10 if feature.name == "decay_rate" else 1e-12  # small differences of logarithms
-            assert far(chart[feature.name].values[(..., *cell)], feature(record).values) < loose, feature.name
+            assert far(own, alone) < loose, feature.name
     assert hit > 0
 
 
@@ -109,7 +129,8 @@ def test_every_feature_works_as_in_a_record_or_is_refused_by_name(name):
     chart = swept(FLAT, {"speed": [20.0, 31.0]}, [feature])
     for i, speed in enumerate((20.0, 31.0)):
         record = wt.simulate(FLAT.replaced({"speed": speed}), progress=False)
-        assert far(chart[feature.name].values[i], float(feature(record))) < 1e-12
+        most = 1e-12 if name != "missing_energy" else 1e-3  # of an error itself
+        assert far(chart[feature.name].values[i], float(feature(record))) < most
 
 
 def test_a_map_that_ends_early_says_the_same():

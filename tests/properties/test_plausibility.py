@@ -8,12 +8,19 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.describe.noun import nouns_by_name
+from wheeltapper.describe.track.published import track_names
 from wheeltapper.ground.quantities import UNITS, si_unit
-from wheeltapper.lower.plausible import USUAL, implausible_notes
+from wheeltapper.lower.plausible import USUAL, implausible_cells, implausible_notes
 from wheeltapper.record.simulate import ModelWarning
 
 ROOT = Path(__file__).parents[2]
 BUMP = wt.CosineBump(height=1e-4, length=0.05, start=0.02)
+LINE = wt.tracks.Ballasted.named("rolland_UIC60_example")
+WHEEL = wt.Wheelset(mass=1500, load=91_307)
+
+
+def light_rail():
+    return LINE.rail.model_copy(update={"mass_per_length": 0.06})
 
 
 def scene(**changes):
@@ -48,6 +55,24 @@ def wheelset(**changes):
         ({"contact": wt.contact.Thornton(yield_strength=500)}, ("contact.yield_strength = 500 Pa", '"500 MPa"')),
         ({"track": wt.FloatingDeck(mass=15, stiffness=59.2)}, ("track.stiffness = 59.2 N/m", '"59.2 kN/mm"')),
         ({"track": wt.FloatingDeck(mass=1e9, stiffness=1.5e7)}, ("track.mass = 1e+09 kg",)),
+        ({"track": LINE.model_copy(update={"pad_stiffness": 180.0})}, ("track.pad_stiffness = 180 N/m", "kN/mm")),
+        ({"track": LINE.model_copy(update={"rail": light_rail()})}, ("track.rail.mass_per_length = 0.06 kg/m", "t/m")),
+        (
+            {"track": LINE.model_copy(update={"anomalies": (wt.tracks.HangingSleeper(seat=1, void=2.0),)})},
+            ("track.anomalies.0.void = 2 m", '"2 mm"'),
+        ),
+        (
+            {
+                "vehicle": wt.vehicles.Wheelsets(
+                    wheelsets=(WHEEL, WHEEL.model_copy(update={"mass": 1.5})), positions=(0.0, -2.5)
+                )
+            },
+            ("vehicle.wheelsets.1.mass = 1.5 kg", '"1.5 t"'),
+        ),
+        (
+            {"vehicle": wt.vehicles.Bogie(**wt.vehicles.Bogie.example | {"wheel_load": 88.0})},
+            ("vehicle.wheel_load = 88 N", '"88 kN"'),
+        ),
     ],
 )
 def test_an_implausible_number_is_doubted_in_one_note(changes, parts):
@@ -154,6 +179,7 @@ def test_examples_and_the_coach_are_plausible():
         wt.Scenario(vehicle=wt.Wagon.erri_b176(series_springs=series), speed=55, duration=60)
         for series in (True, False)
     ]
+    scenarios += [scene(track=wt.tracks.Ballasted.named(name)) for name in track_names()]
     assert [note for scenario in scenarios for note in implausible_notes(scenario)] == []
 
 
@@ -204,6 +230,15 @@ def test_a_sweep_doubts_the_implausible_values_of_its_axes_and_of_what_its_cells
     assert [text.split(" is ")[0] for text in told] == ["vehicle.load = 22.5 N", "vehicle.mass = 1.4 kg"]
     assert "the worst of 2 such cells of 6" in told[1]
     assert all(text in chart.attrs["notes"] for text in ("vehicle.mass = 1.4 kg", "vehicle.load = 22.5 N"))
+
+
+def test_each_number_of_a_field_is_judged_where_several_vary():
+    round_about = scene(irregularity=wt.OutOfRound(orders=(1, 3), amplitudes=(1e-4, 1e-4)))
+    for doubted, plain in ((0, 1), (1, 0)):
+        path = "irregularity.0.amplitudes.{}".format
+        changed = {path(doubted): np.array([0.3, 0.4]), path(plain): np.array([1e-4, 2e-4])}
+        (note,) = implausible_cells(round_about, dict(sorted(changed.items())), 2)
+        assert note.note.startswith(f"{path(doubted)} = 0.4 m is implausible")
 
 
 def test_a_sweep_over_plausible_values_says_nothing_of_an_implausible_one_that_no_cell_has():

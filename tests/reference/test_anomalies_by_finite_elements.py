@@ -6,13 +6,11 @@ with the package but the random numbers.
 
 import numpy as np
 import pytest
-from scipy.linalg import cho_solve_banded
 
 import wheeltapper as wt
+from tests.finite_rail import CONSTANT, LOAD, STEP, TRACK, WHEEL, FiniteRail, Newmark
 
-from .test_rails_by_finite_elements import CONSTANT, LOAD, MASS, TRACK, WHEEL, FiniteRail, contact_force
-
-BAYS, PER_BAY, STEP, SPEED, DURATION, SEAT = 48, 48, 1e-5, 30.0, 0.065, 2
+BAYS, PER_BAY, SPEED, DURATION, SEAT = 48, 48, 30.0, 0.065, 2
 SCATTERED = wt.tracks.Scatter(ballast=0.3, seed=5)
 RANDOM = {change.seat: change.ballast for change in SCATTERED.changes(range(-12, 37))}
 CASES = {
@@ -25,48 +23,23 @@ CASES = {
 
 def newmark_motion(pads, ballasts, void):
     """Return times, the wheel's force, the sleeper's deflection and the force below its void."""
-    rail, h = FiniteRail(TRACK, BAYS, PER_BAY, pads, ballasts), STEP
-    nodes, shares, own = rail.load_at(0.0)
-    force = np.zeros(rail.size)
-    force[nodes] = shares * LOAD
-    u = cho_solve_banded(rail.factor(rail.stiffness), force)
-    v, a = np.zeros((2, rail.size))
-    wheel = np.array([shares @ u[nodes] + own * LOAD + (LOAD / CONSTANT) ** (2.0 / 3.0), 0.0, 0.0])
-    factor = rail.factor(rail.stiffness + 2.0 / h * rail.damping + 4.0 / h**2 * rail.mass)
-    sleeper = rail.deflections[round((SEAT * TRACK.spacing - rail.start) / rail.length)] + 2
-    force[:] = 0.0
-    force[sleeper] = -1.0
-    lifted = cho_solve_banded(factor, force)  # by a unit force below the sleeper
-    found, below = [(LOAD, u[sleeper], 0.0)], 0.0
-    for number in range(1, round(DURATION / h) + 1):
-        nodes, shares, own = rail.load_at(SPEED * number * h)
-        free = cho_solve_banded(
-            factor,
-            rail.mass @ (4.0 / h**2 * u + 4.0 / h * v + a) + rail.damping @ (2.0 / h * u + v),
-            check_finite=False,
-        )
-        force[:] = 0.0
-        force[nodes] = shares
-        unit = cho_solve_banded(factor, force, check_finite=False)
-        gives = shares @ unit[nodes] + own + 0.25 * h**2 / MASS
-        fallen = wheel @ [1.0, h, 0.25 * h**2] + 0.25 * h**2 * LOAD / MASS
+    run = Newmark(FiniteRail(TRACK, BAYS, PER_BAY, pads, ballasts), SPEED)
+    sleeper = run.rail.deflections[round((SEAT * TRACK.spacing - run.rail.start) / run.rail.length)] + 2
+    lifted = run.moved_by(sleeper, -1.0)  # by a unit force below the sleeper
+    found, below = [(LOAD, run.u[sleeper], 0.0)], 0.0
+    for _ in range(round(DURATION / STEP)):
+        run.begin()
         for _ in range(50):
-            pressed = contact_force(fallen - shares @ (free[nodes] + below * lifted[nodes]), gives)
+            pressed = run.force_on(run.free + below * lifted)
             before = below
             if void is not None:
-                deflected = free[sleeper] + pressed * unit[sleeper]
-                below = ballast_force(deflected, lifted[sleeper], u[sleeper], v[sleeper], void)
+                deflected = run.free[sleeper] + pressed * run.unit[sleeper]
+                below = ballast_force(deflected, lifted[sleeper], run.u[sleeper], run.v[sleeper], void)
             if abs(below - before) < 1e-6:
                 break
-        new = free + pressed * unit + below * lifted
-        change = 4.0 / h**2 * (new - u) - 4.0 / h * v - a
-        v += 0.5 * h * (a + change)
-        u, a = new, change
-        found.append((pressed, u[sleeper], below))
-        fall = (LOAD - pressed) / MASS
-        place = wheel[0] + h * wheel[1] + 0.25 * h**2 * (wheel[2] + fall)
-        wheel = np.array([place, wheel[1] + 0.5 * h * (wheel[2] + fall), fall])
-    return h * np.arange(len(found)), *np.array(found).T
+        run.end(pressed, run.free + below * lifted)
+        found.append((pressed, run.u[sleeper], below))
+    return STEP * np.arange(len(found)), *np.array(found).T
 
 
 def ballast_force(free, lifted, before, speed, void):

@@ -414,6 +414,22 @@ def test_a_law_that_would_pull_is_released_as_in_the_wheel_march(loss, default, 
     assert (np.abs(released) < 1e-6).any() or loss == 1.0
 
 
+@pytest.mark.parametrize("method", ["default", "strict"])
+@pytest.mark.parametrize("track", [None, (ROLLAND, 40, 1e3)], ids=["rigid", "rails"])
+def test_a_loss_that_begins_at_a_kink_to_the_last_bit_is_an_ordinary_answer(track, method):
+    """The gap of a flat is smallest at its middle, a kink: by length there is a first one that loses contact there."""
+    ring = rails.ring(*track) if track else None
+    low, high, runs = 0.005, 0.08, []
+    while 0.5 * (low + high) not in (low, high):
+        runs.append(finished(rails.one_wheel(rails.flat(0.5 * (low + high), 0.1), 30.0, ring), METHODS[method], 0.0045))
+        low, high = (low, 0.5 * (low + high)) if len(runs[-1].events) else (0.5 * (low + high), high)
+    last = [found.events[:, :2] for found in runs[-12:] if len(found.events)]
+    for events in last:  # at the kink, for no longer than the gap is open
+        assert events[:, 1].tolist() == [contract.LOSS, contract.IMPACT]
+        assert events[:, 0] == pytest.approx(0.1 / 30.0, abs=1e-13, rel=0)
+    assert last
+
+
 def test_more_parts_than_allowed_end_the_march():
     edges = 0.5 + 1e-5 * np.arange(400)  # all of them in one or two macro steps
     pieces = rails.pieces_of(lambda x: 0.0 * x, edges)

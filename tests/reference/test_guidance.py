@@ -1,5 +1,7 @@
 """Guiding forces, Y/Q and T-gamma: geometry, momentum and energy, Fourier's filter, loops over a finer grid."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -138,7 +140,8 @@ def test_a_mirrored_run_has_mirrored_guiding_forces():
 def test_a_wheel_that_is_off_its_rail_has_no_finite_quotient():
     fall = {"right": wt.Step(height="-10 mm", position=5.0), "left": wt.Step(height="-10 mm", position=5.0)}
     light = wheelset(fall, (), **{"vehicle.axles.0.load": 0.0}, duration=0.6)
-    found = wt.simulate(light).guidance(rate=1e4)
+    record = wt.simulate(light)
+    found = record.guidance(rate=1e4)
     lifted = (found.wheel_force <= 0.0).values[:, 0, 0]
     assert 0.02 < lifted.mean() < 0.5
     means = found.derailment_quotient.values[:, 0, 0]
@@ -148,6 +151,12 @@ def test_a_wheel_that_is_off_its_rail_has_no_finite_quotient():
     np.testing.assert_array_equal(np.isinf(means[1000:-1000]), touched)
     assert np.isinf(statistics(found).derailment_quotient.sel(statistic="largest")).all()
     assert float(found.unloading.max()) > 1.0
+    rule = wt.limits.Rule("ours", "derailment_quotient", 0.8, "stop", sliding_mean=2.0)
+    check = wt.limits.check(record, [rule], rate=1e4)
+    assert check["ours"].exceeded
+    assert "exceeded: ours: verify current edition" in str(check)
+    assert json.loads(json.dumps(check.to_dict(), allow_nan=False))["limits"][0]["value"] is None
+    wt.plot(check)
 
 
 def test_the_feature_of_unloading_is_that_of_the_wheels(swaying):

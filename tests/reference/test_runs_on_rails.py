@@ -29,6 +29,26 @@ def test_the_force_over_passing_sleepers_is_that_of_another_program(case):
     assert float(force.max()) == pytest.approx(case["force_max_N"], abs=PASSING["tolerance_N"])
 
 
+@pytest.mark.parametrize(
+    "row", CASES["linear_track_and_moving_load"]["constant_100kN_moving_on_discrete_rolland"],
+    ids=lambda row: f"{row['speed_m_s']:g}",
+)  # fmt: skip
+def test_the_rail_under_a_wheel_without_mass_is_that_under_another_programs_moving_load(row):
+    """A wheel of 2 kg presses with 100 kN ± 0.7 %; over the last bay of 0.5 s."""
+    speed, track = row["speed_m_s"], wt.tracks.Ballasted.named("rolland_UIC60_example")
+    light = wt.Wheelset(mass=2.0, load=1e5, gravity=1e-3, wheels=1)
+    bay = track.spacing / speed
+    with pytest.warns(UserWarning, match=r"vehicle\.(mass|gravity) = .* is implausible"):
+        record = wt.simulate(
+            wt.Scenario(vehicle=light, track=track, contact=wt.Linear(stiffness=1.4e9), speed=speed, duration=0.5 + bay)
+        )
+    found = record.at(np.linspace(record.end - bay, record.end, 2001)[:-1])
+    np.testing.assert_allclose(found.normal_force, 1e5, rtol=7e-3)
+    down = -found.rail_displacement.values
+    expected = [row["mean_m"], row["min_m"], row["max_m"]]
+    np.testing.assert_allclose([down.mean(), down.min(), down.max()], expected, rtol=5e-4)
+
+
 @pytest.mark.slow
 def test_sixteen_wheelsets_far_apart_are_sixteen_wheelsets_alone():
     """At 12 m the rail carries nothing but a hundredth; each strikes its own flat as one wheelset alone does."""

@@ -12,7 +12,7 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
 import wheeltapper as wt
-from wheeltapper.lower.track import bay, energy, reach, readouts, waves
+from wheeltapper.lower.track import bay, energy, reach, readouts, waves, works
 from wheeltapper.lower.track import ring as rings
 from wheeltapper.lower.track.section import Section, section_of
 
@@ -321,17 +321,27 @@ def test_a_load_that_moves_over_the_sleepers(row, accuracy):
     np.testing.assert_allclose([found.mean(), found.min(), found.max()], expected, rtol=1e-4)
 
 
+def foundation(damping):
+    """Return Euler's beam on seats so close that they are Winkler's foundation."""
+    given, spacing = CASE["euler_on_winkler"], 0.12
+    return Section(
+        given["EI_N_m2"], 1e12, given["mass_kg_m"], 1e-6, 0.0, spacing, given["foundation_N_m2"] * spacing,
+        damping * spacing,
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize(
     "row", CASE["euler_on_winkler"]["cases"], ids=lambda row: f"{row['speed_m_s']:g}, {row['c_N_s_m2']:g}"
 )
 def test_a_load_that_moves_over_eulers_beam_on_winklers_foundation(row):
-    given, spacing = CASE["euler_on_winkler"], 0.12  # so close that the seats are a foundation
-    section = Section(
-        given["EI_N_m2"], 1e12, given["mass_kg_m"], 1e-6, 0.0, spacing, given["foundation_N_m2"] * spacing,
-        row["c_N_s_m2"] * spacing,
-    )  # fmt: skip
-    found = moving_deflection(rings.ring_of(section, 400, 5e3).ring, row["speed_m_s"], parts=4)
+    ring = rings.ring_of(foundation(row["c_N_s_m2"]), 400, 5e3).ring
+    found = moving_deflection(ring, row["speed_m_s"], parts=4)
     np.testing.assert_allclose(found, row["deflection_under_load_m_per_N"], rtol=5e-5)
+
+
+def test_waves_go_along_with_a_load_at_the_critical_speed_of_eulers_beam():
+    expected = CASE["euler_on_winkler"]["critical_speed_m_s"]
+    assert reach.critical_speed(foundation(2e4)) == pytest.approx(expected, rel=1e-12)
 
 
 # -- readouts ---------------------------------------------------------------------------------------------------------
@@ -411,34 +421,86 @@ def some_state(ring, seed=3):
     return state[None]
 
 
+def moving(ring, held, ago, places=(0.2,), speed=30.0, moves=1.0):
+    """Return a ring on which wheels have gone on for `ago`; from `held` at time zero their forces change evenly."""
+    wheels, rates = [], ring.rates * held
+    for number, x in enumerate(places):
+        force, change = 300.0 * (number + 1), 4e4 * moves
+        at = readouts.places_of(ring, np.array([x + moves * speed * ago]))
+        powers, slopes = works.by_zeta(ring, at, 9)
+        now = force + change * ago
+        wheels.append(works.Pressed(at, powers * now, moves * speed * slopes * now + powers * change))
+        rates = rates + works.driven(ring, at, powers * now)
+    return works.RingState(held, rates, wheels)
+
+
 @pytest.mark.parametrize("name", [*TRACKS, "undamped"])
 @pytest.mark.parametrize("bays", [9, 80])
-def test_what_modes_receive_and_do_not_store_is_lost(name, bays):
+@pytest.mark.parametrize("places", [(0.2,), (0.2, 0.7, -2.3)])
+def test_what_forces_give_and_a_ring_does_not_store_is_lost_or_missed(name, bays, places):
     section = section_of(UNDAMPED if name == "undamped" else TRACKS[name])
     ring = rings.ring_of(section, bays, 5e3).ring
-    groups = energy.energy_groups(section, bays, 5e3)
-    held, forced = some_state(ring), 300.0 * shapes(ring, 0.2)[1][None]
-    rate, h = ring.rates * held + forced, 1e-8
-    change = np.diff([energy.stored_energy(groups, held + part * rate)[0] for part in (-h, h)])[0] / (2.0 * h)
-    received, lost = energy.received_power(groups, held, forced)[0], energy.lost_power(groups, held)[0]
-    assert change == pytest.approx(received - lost, rel=1e-6, abs=1e-6 * abs(received))
-    assert lost >= -1e-12 * abs(received)
-    assert (lost < 1e-9 * abs(received)) == (name == "undamped")
-    assert energy.stored_energy(groups, held)[0] > 0.0
+    whole = energy.energy_of(section, bays, 5e3)
+    known, none, h = works.Products(whole), np.zeros((len(places), 1)), 1e-7
+    held = some_state(ring)
+    state = moving(ring, held, 0.0, places)
+    around = (moving(ring, held + ago * state.rates, ago, places) for ago in (-h, h))
+    stored = [works.stored_by(whole, known, one, none)[0] for one in around]
+    lost, given, beside, missed = (one[0] for one in works.powers_of(whole, known, state))
+    change = np.diff(stored)[0] / (2.0 * h)
+    assert change == pytest.approx(given - lost - missed, rel=1e-6, abs=1e-6 * (abs(given) + abs(lost)))
+    assert beside == 0.0
+    assert lost >= -1e-12 * abs(given)
+    assert stored[0] > 0.0
+    if name == "undamped":
+        assert lost < 1e-9 * abs(given)
+        assert len(places) > 1 or abs(missed) < 1e-6 * abs(given)
 
 
-def test_without_damping_energy_is_half_the_work_at_rest_and_power_is_force_times_velocity():
-    section = section_of(UNDAMPED)
-    ring = rings.ring_of(section, 80, 5e3).ring
-    groups = energy.energy_groups(section, 80, 5e3)
+@pytest.mark.parametrize("name", [*TRACKS, "undamped"])
+@pytest.mark.parametrize("cutoff", [1500.0, 5e3])
+def test_at_rest_a_ring_stores_half_of_force_times_deflection_and_loses_nothing(name, cutoff):
+    section = section_of(UNDAMPED if name == "undamped" else TRACKS[name])
+    ring = rings.ring_of(section, 80, cutoff).ring
+    whole = energy.energy_of(section, 80, cutoff)
     for x in (0.0, 0.11, 0.3):
-        shape, drive, _ = shapes(ring, x)
-        at_rest = -drive / ring.rates
-        work = 0.5 * np.sum(ring.weights * np.real(shape * at_rest))
-        assert energy.stored_energy(groups, at_rest[None])[0] == pytest.approx(work, rel=1e-9)
-        held = some_state(ring)
-        velocity = np.sum(ring.weights * np.real(shape * ring.rates * held[0]))
-        assert energy.received_power(groups, held, drive[None])[0] == pytest.approx(velocity, rel=1e-7)
+        _, drive, residual = shapes(ring, x)
+        held = -300.0 * drive[None] / ring.rates
+        state = moving(ring, held, 0.0, (x,), moves=0.0)
+        np.testing.assert_allclose(state.rates, 0.0, atol=1e-12 * np.abs(drive).max())
+        known = works.Products(whole)
+        exact = waves.response(section, 0.0, np.array([x]), np.array([x]))[0, 0].real
+        stored = works.stored_by(whole, known, state, np.array([[residual]]))[0]
+        assert stored == pytest.approx(0.5 * 300.0**2 * exact, rel=1e-6)
+        for one in works.powers_of(whole, known, state):
+            assert abs(one[0]) < 1e-9 * stored
+
+
+def test_the_energy_of_a_small_ring_is_that_of_all_its_bays():
+    """Deflections and velocities at all nodes of all bays, in matrices of all of them."""
+    section, bays = section_of(TRACKS["Zhai2004"]), 5
+    whole = energy.energy_of(section, bays, 5e3)
+    ring, known = whole.modes.ring, works.Products(whole)
+    state = moving(ring, some_state(ring), 0.0, (0.2, 0.65))
+    turns = np.exp(1j * whole.phases[:, None] * np.arange(bays))
+    values = ring.weights * energy._node_values(whole.modes)
+    away = ring.turns ** np.arange(bays)[:, None]
+    deflection, speed = (np.real((away * one) @ values.T) for one in (state.held[0], state.rates[0]))
+    for wheel in state.wheels:
+        own = turns * np.exp(-1j * whole.phases * wheel.at.bay)[:, None]
+        fields = whole.fields[:, :, wheel.at.element[0]]
+        for out, powers in ((deflection, wheel.powers), (speed, wheel.changes)):
+            out += np.einsum("k,kb,knp,p->bn", whole.shares / bays, own, fields, powers[0]).real
+    mass, damping, stiffness = energy._bay_matrices(section, len(ring.edges) - 1)
+    lost = np.einsum("bi,ij,bj->", speed, damping, speed)
+    assert works.powers_of(whole, known, state).lost[0] == pytest.approx(lost, rel=1e-9)
+    still = np.real((away * state.rates[0]) @ values.T)
+    stored = 0.5 * np.einsum("bi,ij,bj->", deflection, stiffness, deflection)
+    stored += 0.5 * np.einsum("bi,ij,bj->", still, mass, still)
+    residuals = np.array([
+        known.of("shown", one.at, one.at, one.powers, one.powers) / one.powers[:, 0] ** 2 for one in state.wheels
+    ])  # fmt: skip
+    assert works.stored_by(whole, known, state, residuals)[0] == pytest.approx(stored, rel=1e-9)
 
 
 # -- the choice of a ring ---------------------------------------------------------------------------------------------

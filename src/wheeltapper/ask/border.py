@@ -130,7 +130,9 @@ class _Plane:
         if not rough:
             return []
         exact = self._roots_on_lines(np.vstack(rough), x, y)
-        return np.split(exact, np.cumsum([len(line) for line in rough])[:-1])
+        lines = np.split(exact, np.cumsum([len(line) for line in rough])[:-1])
+        known = [line[np.isfinite(line).all(axis=1)] for line in lines]  # not where margins of rounding have no sign
+        return [line for line in known if len(line)]
 
     def _roots_on_lines(self, points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the root on the segment of a grid line on which each point lies."""

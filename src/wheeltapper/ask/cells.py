@@ -17,10 +17,10 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.ground.progress import counted_from, progress_counter
 from wheeltapper.lower.fields import Fields
+from wheeltapper.march import assembly, run
 from wheeltapper.march import program as contract
-from wheeltapper.march import run
 from wheeltapper.march.general import layout
-from wheeltapper.record.balanced import missing_parts
+from wheeltapper.record import balanced
 from wheeltapper.record.growth import Growth, growth_of
 from wheeltapper.record.simulate import ModelWarning, say_that_it_compiles, simulate, warn_caller
 
@@ -39,16 +39,20 @@ MOST_REFUSALS = 100
 """Largest number of reasons for refused cells that are kept; further ones are dropped."""
 
 # Status of a cell, in the order of the numbers that a chart stores.
-COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED, CHATTERING, UNSOLVED = range(8)
+COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED, CHATTERING, UNSOLVED, DERAILED, UNBALANCED, FULL = (
+    range(11)
+)
 STATUS = (
     "complete", "event_limit", "not_finite", "stalled", "end_of_path", "refused", "chattering", "unsolved",
+    "derailed", "unbalanced", "out_of_memory",
 )  # fmt: skip
-STATUS_OF_MARCH = np.zeros(64, dtype=np.int64)
+STATUS_OF_MARCH = np.zeros(128, dtype=np.int64)
 """Status of a cell by that of its march."""
 STATUS_OF_MARCH[[contract.TOO_MANY_EVENTS, contract.NOT_FINITE, contract.STALLED, contract.END_OF_PATH]] = (
     EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH,
 )  # fmt: skip
 STATUS_OF_MARCH[[layout.CHATTERS, layout.UNSOLVED]] = CHATTERING, UNSOLVED
+STATUS_OF_MARCH[[assembly.DERAILED, balanced.UNBALANCED, contract.FULL]] = DERAILED, UNBALANCED, FULL
 # How far a gradient can be trusted.
 EXACT, GRAZING, NEAR_CHAOTIC = range(3)
 TRUST = ("exact", "grazing", "near_chaotic")
@@ -62,7 +66,7 @@ class ComputedCells:
     ----------
     values
         (features, cells), SI units; NaN if a cell has too few impacts or could not be computed. Of several wheelsets
-        (features, wheelsets, cells).
+        (features, wheelsets, cells), of wagons (features, axles, sides, cells).
     status
         (cells,), places in `STATUS`.
     gradient
@@ -130,7 +134,7 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
     """Compute some cells of a study: those in which the varied fields have the given values."""
     from wheeltapper.lower.many import LoweredCells
 
-    cells, on_rails = len(next(iter(changed.values()))), asked.marcher is run.GENERAL
+    cells, on_rails = len(next(iter(changed.values()))), asked.marcher.is_general
 
     def compute_range(*bounds: int) -> list[ComputedCells]:
         parts = []
@@ -143,6 +147,10 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
     if cells > slab:
         return ComputedCells.joined_parts(compute_range(*range(0, cells, slab), cells))
     try:
+        if asked.by_records:
+            from wheeltapper.ask.by_records import computed_by_records
+
+            return computed_by_records(asked, changed, threads)
         if on_rails:
             from wheeltapper.ask.on_rails import computed_on_rails
             from wheeltapper.ask.sensitivity_on_rails import slopes_on_rails
@@ -166,7 +174,11 @@ def is_ready(asked: Study) -> bool:
 
     first = asked.changed_values(tuple(slice(0, 1) for _ in asked.shape))
     try:
-        if asked.marcher is run.GENERAL:
+        if asked.by_records:
+            from wheeltapper.ask import by_records
+
+            return by_records.is_ready(asked, first)
+        if asked.marcher.is_general:
             from wheeltapper.ask import on_rails
 
             return on_rails.is_ready(asked, first)
@@ -245,7 +257,7 @@ def others_of(many: LoweredCells, block: slice) -> Others:
             yield record.history(rate).normal_force.values
 
     return Others(
-        cache(lambda: missing_parts(many.program(cell) for cell in cells)),
+        cache(lambda: balanced.missing_parts(many.program(cell) for cell in cells)),
         cache(lambda waves: growth_of(many.scenario, changed, many.method, waves)), meets, force_histories,
     )  # fmt: skip
 

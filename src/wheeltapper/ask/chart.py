@@ -28,12 +28,11 @@ def chart_dataset(asked: Study, found: ComputedCells) -> xr.Dataset:
     named: dict[str, Any] = {
         axis.path: (axis.path if asked.grid else "cell", axis.values, {"units": axis.unit}) for axis in asked.axes
     }
-    wheelset = ("wheelset",) * len(asked.wheel_shape)
-    for count in asked.wheel_shape:
-        named["wheelset"] = ("wheelset", np.arange(1, count + 1))
+    wheels = tuple(asked.wheel_axes)
+    named |= {name: (name, np.array(each)) for name, each in asked.wheel_axes.items()}
     data: dict[str, Any] = {
         feature.name: (
-            (*wheelset, *dimensions), column.reshape(*asked.wheel_shape, *asked.shape),
+            (*wheels, *dimensions), column.reshape(*asked.wheel_shape, *asked.shape),
             {"units": feature.unit, "long_name": feature.definition},
         )
         for feature, column in zip(asked.features, found.values, strict=True)
@@ -41,19 +40,19 @@ def chart_dataset(asked: Study, found: ComputedCells) -> xr.Dataset:
     data["status"] = (dimensions, found.status.astype(np.int8).reshape(asked.shape), flag_attributes(STATUS))
     if asked.gradient:
         named["parameter"] = ("parameter", np.array(asked.gradient))
-        data |= _gradient_variables(asked, found, wheelset, dimensions)
+        data |= _gradient_variables(asked, found, wheels, dimensions)
     return xr.Dataset(
         data, named, chart_attributes(asked, tuple(note.sentence_of(asked.cell_count) for note in found.notes))
     )
 
 
 def _gradient_variables(
-    asked: Study, found: ComputedCells, wheelset: tuple[str, ...], dimensions: tuple[str, ...]
+    asked: Study, found: ComputedCells, wheels: tuple[str, ...], dimensions: tuple[str, ...]
 ) -> dict[str, Any]:
     shape, parameters, each = asked.shape, len(asked.gradient), (*asked.wheel_shape, *asked.shape)
-    along = ("parameter", *wheelset, *dimensions)
+    along = ("parameter", *wheels, *dimensions)
     held = np.stack([asked.field_values(path) for path in asked.gradient])
-    held = held.reshape(parameters, *(1 for _ in wheelset), -1)
+    held = held.reshape(parameters, *(1 for _ in wheels), -1)
     elastic = {}
     data: dict[str, Any] = {
         "gradient_status": (dimensions, found.trust.astype(np.int8).reshape(shape), flag_attributes(TRUST)),
@@ -86,7 +85,7 @@ def _gradient_variables(
             )  # fmt: skip
     if len(elastic) > 1 and parameters > 1:
         data["condition"] = (
-            (*wheelset, *dimensions),
+            (*wheels, *dimensions),
             _condition_number(np.stack(list(elastic.values())).reshape(len(elastic), parameters, -1)).reshape(each),
             {"units": "", "long_name": "condition number of the elasticities of all features by all parameters"},
         )  # fmt: skip

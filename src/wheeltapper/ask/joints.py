@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.irregularity.joint import DippedJoint
+from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.ground.arguments import as_quantities, as_quantity
 from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.track.lumped import contact_stiffness, rail_on_pads, whole_track
 from wheeltapper.lower.track.section import section_of
@@ -96,6 +98,8 @@ def jenkins(
         speed=float(V.max()),
         duration=1.0,
     )
+    if SEVERAL_BODIES in scenario.needs:
+        raise InputError("", "vehicle", SEVERAL_BODIES.words, "a vehicle in the vertical plane")
     wheelset = scenario.vehicle.plane.wheelsets[0]
     wheels = float(wheelset.wheels)
     P0, m_u = wheelset.weight / wheels, float(wheelset.mass) / wheels
@@ -160,6 +164,9 @@ def joint_forces(
     if len(met) != 1 or not isinstance(met[0], DippedJoint):
         found = " and ".join(type(item).__name__ for item in met) or "none"
         raise InputError("", "irregularity", found, "one DippedJoint")
+    if isinstance(scene.irregularity, Placement):
+        found = f"a joint under {value_text(next(iter(scene.irregularity)))}"
+        raise InputError("", "irregularity", found, "one DippedJoint under all wheelsets")
     joint = met[0]
     angle = 8.0 * joint.lowest / joint.length
     out = jenkins(scene.track, scene.vehicle, angle, V, scene.contact)

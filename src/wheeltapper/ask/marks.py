@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from wheeltapper.describe.irregularity.measured import Measured
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.ground.errors import InputError
-from wheeltapper.lower.marks import Surface
+from wheeltapper.lower.marks import SAMPLES, SEMI_AXIS, Surface
+from wheeltapper.lower.on_rails import memory_of, on_wheels, virgin_rail
 from wheeltapper.lower.plastic import patch_semi_axis
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
+from wheeltapper.march.general.laws.plastic import PLASTIC_ONSET
 from wheeltapper.record.record import Record
 
 if TYPE_CHECKING:
@@ -24,8 +26,6 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-SAMPLES = 4
-"""Number of samples of the mark per half semi-axis of the contact patch."""
 FINER = 4
 """Number of positions of the wheel's centre per sample at which the indentation is computed. More than one is needed
 because the point of contact may move faster than the centre."""
@@ -42,8 +42,9 @@ class Marks:
     ----------
     rail
         The rail's part, to be added to a scenario's irregularities.
-    wheel
-        The wheel's part, over its circumference. The point of the wheel that was at x = 0 is there again.
+    wheels
+        The part of each wheelset's wheels, over their circumference. The point of the wheel that was at x = 0 is there
+        again.
     table
         Over `position`: permanent indentation of both bodies together, and the heights of the rail's part.
     notes
@@ -51,13 +52,40 @@ class Marks:
     """
 
     rail: Measured
-    wheel: OutOfRound
+    wheels: tuple[OutOfRound, ...]
     table: xr.Dataset
     notes: tuple[str, ...]
 
+    @property
+    def wheel(self) -> OutOfRound:
+        """The part of the first wheelset's wheels."""
+        return self.wheels[0]
+
+
+class _Rolled(NamedTuple):
+    """A wheelset that has rolled over a rail.
+
+    Attributes
+    ----------
+    radius, position
+        Of its wheels, and x at time zero, m.
+    law, unit, onset
+        The plastic law, its unit of length, m, and the indentation at which a virgin surface yields, m.
+    depth
+        Indentation of the virgin surface, m, over places along the rail, m; zero where nothing touched it, and where a
+        surface that wheels had pressed before did not yield.
+    """
+
+    radius: float
+    position: float
+    law: FloatArray
+    unit: float
+    onset: float
+    depth: Callable[[FloatArray], FloatArray]
+
 
 def marks(record: Record) -> Marks:
-    """Return the marks that a simulated pass leaves on rail and wheel.
+    """Return the marks that a simulated pass leaves on rail and wheels.
 
     The permanent indentation at a place follows from its largest indentation by the contact law. It is averaged over
     the contact patch. The rail takes the share `rail_share` of it.
@@ -65,71 +93,141 @@ def marks(record: Record) -> Marks:
     Parameters
     ----------
     record
-        Record of a wheelset that rolls with an elastic-plastic contact.
+        Record of wheels that roll with an elastic-plastic contact.
 
     Raises
     ------
     InputError
-        If the contact leaves no marks, or the wheel does not roll.
+        If the contact leaves no marks, or the wheels do not roll.
     """
     if not isinstance(record, Record):
         raise InputError("", "record", f"a {type(record).__name__}", "a Record")
     scenario = record.scenario
-    run.choose(run.MARKS, scenario.needs)
-    contact, lowered = scenario.contact, record._lowered
-    law, unit = lowered.program.law, lowered.length
-    semi_axis = patch_semi_axis(contact, scenario.vehicle, record.static_force)
-    onset = float(law[0, contract.LAW_START] * unit)
-    length, turn = float(scenario.speed * record.end), 2.0 * pi * float(scenario.vehicle.radius)
-    virgin = Surface.virgin_surface(length, semi_axis, onset, SAMPLES)
-    depth = _depth_function(record, virgin.sample_spacing)
-
-    def left_marks(borne: FloatArray, interval: float) -> FloatArray:
-        surface = Surface(np.full_like(borne, onset), np.zeros_like(borne), interval, onset, SAMPLES)
-        return surface.after_yielding(0, borne, law, unit, 1.0).settled_indentation()
-
-    x = virgin.sample_positions[virgin.sample_positions <= length]
-    both = left_marks(np.maximum(depth(virgin.sample_positions), onset), virgin.interval)[: len(x)]
-    intervals = round(turn / virgin.interval)
-    interval = turn / intervals
-    arc = (np.arange(intervals * SAMPLES) + 0.5) * interval / SAMPLES
-    around = np.full_like(arc, onset)
-    for revolution in range(int(length // turn) + 1):
-        around = np.maximum(around, depth(arc + revolution * turn))
-    wrapped = WRAPPED * SAMPLES
-    ring = left_marks(np.concatenate([around[-wrapped:], around, around[:wrapped]]), interval)[wrapped:-wrapped]
-    share = contact.share_of_rail
+    on_rails = run.choose(run.MARKS, scenario.needs) is run.GENERAL
+    share, way = scenario.contact.share_of_rail, float(scenario.speed * record.end)
+    first = scenario.vehicle.plane.wheelsets[0] if on_rails else scenario.vehicle
+    semi_axis = patch_semi_axis(scenario.contact, first, float(np.ravel(record.static_force)[0]))
+    spacing = semi_axis / SEMI_AXIS / SAMPLES
+    rolled = _rolled_on_rails(record, way, spacing) if on_rails else [_rolled_alone(record, way, spacing)]
+    start = min(one.position for one in rolled)
+    if on_rails and scenario.rolling == "point":
+        x, both = _left_behind(record, way)
+    else:
+        x, both = _left_on_virgin_rail(rolled, way, start, semi_axis)
     return Marks(
         Measured(positions=tuple(x.tolist()), heights=tuple((-share * both).tolist()), beyond="flat"),
-        OutOfRound(places=tuple(arc.tolist()), deviations=tuple((-(1.0 - share) * ring).tolist())),
+        tuple(_wheel_part(one, way, semi_axis, 1.0 - share) for one in rolled),
         _table(x, both, share),
         (f"averaged over the contact patch, {2e3 * semi_axis:.2f} mm long: shorter marks are not resolved",),
     )
 
 
-def _depth_function(record: Record, spacing: float) -> Callable[[FloatArray], FloatArray]:
-    """Return the indentation of the virgin surface, m, over places along the rail, m; zero where nothing touched it."""
-    scenario = record.scenario
-    speed, end = float(scenario.speed), float(scenario.speed * record.end)
+def _settled(one: _Rolled, reached: FloatArray, interval: float) -> FloatArray:
+    """Return the permanent indentation of samples of a virgin surface that were pressed so deep, averaged."""
+    surface = Surface(np.full_like(reached, one.onset), np.zeros_like(reached), interval, one.onset, SAMPLES)
+    pressed = np.maximum(reached, one.onset)
+    return surface.after_yielding(0, pressed, one.law, one.unit, 1.0).settled_indentation()
+
+
+def _left_on_virgin_rail(
+    rolled: list[_Rolled], way: float, start: float, semi_axis: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return places, m, and what wheels leave there that each met virgin rail: the most that any of them leaves."""
+    extent = max(one.position for one in rolled) - start
+    virgin = Surface.virgin_surface(extent + way, semi_axis, rolled[0].onset, SAMPLES)
+    x = virgin.sample_positions + start
+    left = [_settled(one, one.depth(x), virgin.interval) for one in rolled]
+    inside = x <= start + extent + way
+    return x[inside], np.max(left, axis=0)[inside]
+
+
+def _left_behind(record: Record, way: float) -> tuple[FloatArray, FloatArray]:
+    """Return places, m, and what wheels leave there of which each met the marks of those before it."""
+    vehicle = on_wheels(record.scenario)
+    memory = memory_of(vehicle, (), virgin_rail(vehicle, way), way)
+    marking, start = memory.begin(), min(vehicle.plane.positions)
+    marking.press(record._march.found)
+    places = memory.before.sample_positions
+    inside = places <= max(memory.offsets) + way
+    return places[inside] + start, marking.left().settled_indentation()[inside]
+
+
+def _wheel_part(one: _Rolled, way: float, semi_axis: float, share: float) -> OutOfRound:
+    """Return a wheel's share of what it leaves, over its circumference."""
+    turn = 2.0 * pi * one.radius
+    intervals = round(turn / (semi_axis / SEMI_AXIS))
+    interval = turn / intervals
+    arc = (np.arange(intervals * SAMPLES) + 0.5) * interval / SAMPLES
+    around = np.zeros_like(arc)
+    for revolution in range(int(one.position // turn), int((one.position + way) // turn) + 1):
+        around = np.maximum(around, one.depth(arc + revolution * turn))
+    wrapped = WRAPPED * SAMPLES
+    ring = _settled(one, np.concatenate([around[-wrapped:], around, around[:wrapped]]), interval)[wrapped:-wrapped]
+    return OutOfRound(places=tuple(arc.tolist()), deviations=tuple((-share * ring).tolist()))
+
+
+def _rolled_alone(record: Record, way: float, spacing: float) -> _Rolled:
+    """Return a wheelset of the yielding contact's march."""
+    law, unit, speed = record._lowered.program.law, record._lowered.length, float(record.scenario.speed)
 
     def depth_at(places: FloatArray) -> FloatArray:
-        inside = (places >= 0.0) & (places <= end)
+        return np.asarray(record.at(np.minimum(places / speed, record.end)).indentation.values)
+
+    radius = float(record.scenario.vehicle.radius)
+    depth = _depth_function(
+        record.scenario.rolling, 0.0, way, radius, spacing, depth_at, record._lowered.table.slope_at
+    )
+    return _Rolled(radius, 0.0, law, unit, float(law[0, contract.LAW_START] * unit), depth)
+
+
+def _rolled_on_rails(record: Record, way: float, spacing: float) -> list[_Rolled]:
+    """Return the wheelsets of a general march."""
+    plane, out = record.scenario.vehicle.plane, list[_Rolled]()
+    found = record._march
+    wheels = found.found.prepared.system.wheels
+    for number, (wheelset, position, wheel) in enumerate(zip(plane.wheelsets, plane.positions, wheels, strict=True)):
+        to_table = wheel.start - position
+
+        def depth_at(places: FloatArray, number: int = number, by: float = to_table) -> FloatArray:
+            indented, left, bears = run.pressed_on_rails(found, number, places + by)
+            return np.where((indented > bears) | (left == 0.0), indented + left, 0.0)
+
+        def slope_at(places: FloatArray, number: int = number, by: float = to_table) -> FloatArray:
+            return run.slopes_on_rails(found, number, places + by)
+
+        onset, radius = float(wheel.law.numbers[PLASTIC_ONSET - 1]), float(wheelset.radius)
+        depth = _depth_function(record.scenario.rolling, float(position), way, radius, spacing, depth_at, slope_at)
+        out.append(_Rolled(radius, float(position), wheel.law.table, onset, onset, depth))
+    return out
+
+
+def _depth_function(
+    rolling: str, position: float, way: float, radius: float, spacing: float,
+    depth_below: Callable[[FloatArray], FloatArray], slope_at: Callable[[FloatArray], FloatArray],
+) -> Callable[[FloatArray], FloatArray]:  # fmt: skip
+    """Return the indentation over places along the rail, m, from that below the wheel's centre.
+
+    `spacing` is that of the samples, m.
+    """
+
+    def depth_at(places: FloatArray) -> FloatArray:
+        inside = (places >= position) & (places <= position + way)
         out = np.zeros_like(places)
-        out[inside] = record.at(np.minimum(places[inside] / speed, record.end)).indentation.values
+        out[inside] = depth_below(places[inside])
         return out
 
-    if scenario.rolling == "point":
+    if rolling == "point":
         return depth_at
-    centres = np.linspace(0.0, end, int(np.ceil(end / spacing * FINER)) + 1)
-    depths, slope = depth_at(centres), record._lowered.table.slope_at(centres)
-    touched = centres + float(scenario.vehicle.radius) * slope / np.hypot(1.0, slope)
+    centres = np.linspace(position, position + way, int(np.ceil(way / spacing * FINER)) + 1)
+    depths, slope = depth_at(centres), slope_at(centres)
+    touched = centres + radius * slope / np.hypot(1.0, slope)
 
-    def depth_below(places: FloatArray) -> FloatArray:
+    def depth_touched(places: FloatArray) -> FloatArray:
         after = np.clip(np.searchsorted(touched, places), 1, len(touched) - 1)
         is_bridged = touched[after] - touched[after - 1] > spacing
         return np.where(is_bridged, 0.0, np.interp(places, touched, depths, left=0.0, right=0.0))
 
-    return depth_below
+    return depth_touched
 
 
 def _table(x: FloatArray, both: FloatArray, share: float) -> xr.Dataset:

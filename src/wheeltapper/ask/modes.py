@@ -51,7 +51,8 @@ def linear_system(lowered: LoweredWagon, fixed: tuple[str, ...] = ()) -> LinearS
     moves = assembly.mobility[places // PLACES * LANES + places % PLACES] != 0.0
     moves &= np.array([body not in fixed for body, _ in layout.motions])
     spins = np.array([motion == "pitch" and body.startswith("wheelset ") for body, motion in layout.motions])
-    inside = np.arange(layout.state_count, layout.state_count + int((assembly.element_inside[:, 0] >= 0).sum()))
+    ends = assembly.element_inside[: len(assembly.element_inside) - len(assembly.sliders)]  # what sticks does not slide
+    inside = ends[ends >= 0]
     with_place = moves & ~spins
     states = np.concatenate([places[with_place], places[moves] + TO_RATE, inside])
     indentation = assembly.numbers[asm.STATIC_INDENTATION]
@@ -67,6 +68,9 @@ def linear_system(lowered: LoweredWagon, fixed: tuple[str, ...] = ()) -> LinearS
 
 def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> xr.Dataset:
     """Return the modes of small vibrations of a wagon about its steady run, contacts linear and always closed.
+
+    Friction sticks: with a spring it is that spring, without one its two ends are fixed to each other in its direction.
+    A piecewise linear damper has its slope at rest, on the side of positive rates.
 
     Parameters
     ----------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +15,7 @@ from wheeltapper.lower.numbers import Units
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record.growth import Growth
+from wheeltapper.record.record_trains import missing_energy_of
 from wheeltapper.record.simulate import say_that_it_compiles
 from wheeltapper.record.trains import Trains
 
@@ -30,13 +31,15 @@ IntArray = NDArray[np.int64]
 
 def is_ready(asked: Study, changed: dict[str, FloatArray]) -> bool:
     """Return False if computing these cells begins with compiling."""
-    return run.tasks_are_ready(CellsOnRails(asked.scenario, changed, asked.method).tasks[0], asked.needs_tally)
+    first = CellsOnRails(asked.scenario, changed, asked.method).tasks[0]
+    return run.tasks_are_ready(first, asked.needs_tally or first.memory is not None)
 
 
 def computed_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int) -> ComputedCells:
     """Compute some cells of a study: those in which the varied fields have the given values."""
     many = CellsOnRails(asked.scenario, changed, asked.method)
-    if not run.tasks_are_ready(many.tasks[0], asked.needs_tally):
+    alone = asked.needs_tally or many.tasks[0].memory is not None
+    if not run.tasks_are_ready(many.tasks[0], alone):
         say_that_it_compiles(run.GENERAL.name)
     values = np.empty((len(asked.features), *asked.wheel_shape, many.cells))
     status = np.empty(many.cells, dtype=np.int64)
@@ -56,7 +59,7 @@ def computed_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int
         status[number] = STATUS_OF_MARCH[marched.status]
         count(1)
 
-    if asked.needs_tally:
+    if alone:
         run.march_tasks_alone(many.tasks, threads, read_cell)
     else:
         run.march_tasks(many.tasks, threads, read_block, *last_events(asked))
@@ -81,12 +84,12 @@ def trains_of(many: CellsOnRails, numbers: IntArray, marched: MarchedCells) -> T
     cells, wheels = static.shape
     trains = np.arange(cells * wheels)
     of_event = marched.events[:, contract.EVENT_CONTACT].astype(np.int64)
-    of_peak = marched.peaks[:, 2].astype(np.int64)
+    peak_time, peak_force, peak_train = marched.peaks.T
+    of_peak = peak_train.astype(np.int64)
     events = np.zeros((len(of_event), contract.EVENT_COLUMNS))
     events[:, : contract.EVENT_CAUSE] = marched.events[:, : contract.EVENT_CAUSE]
     peaks = np.zeros((len(of_peak), contract.PEAK_COLUMNS))
-    peaks[:, contract.PEAK_TIME] = marched.peaks[:, 0]
-    peaks[:, contract.PEAK_FORCE] = marched.peaks[:, 1] * many.rails
+    peaks[:, contract.PEAK_TIME], peaks[:, contract.PEAK_FORCE] = peak_time, peak_force * many.rails
     hits = events[:, contract.EVENT_KIND] == contract.IMPACT
     peaks[:, contract.PEAK_IMPACT] = _impacts_before(of_event[hits], events[hits, contract.EVENT_TIME], of_peak, peaks)
     event_ends, peak_ends = (np.searchsorted(owner, trains, side="right") for owner in (of_event, of_peak))
@@ -107,19 +110,24 @@ def trains_of(many: CellsOnRails, numbers: IntArray, marched: MarchedCells) -> T
         with np.errstate(divide="ignore", invalid="ignore"):  # of a wheel that does not roll
             return np.asarray((place - positions) / speeds)
 
-    def force_histories(rate: float) -> Iterable[FloatArray]:
-        """March each cell once more, alone."""
-        out = list[FloatArray]()
+    def of_each(read: Callable[[Record], FloatArray]) -> FloatArray:
+        """March each cell once more, alone, and return what is read of its record, (trains, ...)."""
+        out = [np.empty(0)] * cells
 
         def read_cell(number: int, marched: MarchedAlone) -> None:
-            forces = _record(many, int(numbers[number]), marched).history(rate).normal_force.values
-            out.extend(forces.reshape(-1, wheels).T)
+            out[number] = read(_record(many, int(numbers[number]), marched))
 
         run.march_tasks_alone([many.tasks[number] for number in numbers], 1, read_cell)
-        return out
+        return np.concatenate(out)
+
+    def force_histories(rate: float) -> Iterable[FloatArray]:
+        return of_each(lambda record: record.history(rate).normal_force.values.reshape(-1, wheels).T)
+
+    def missing_energy() -> FloatArray:
+        return of_each(lambda record: np.full(wheels, missing_energy_of(record)))
 
     return Trains(
-        found, units, lambda: 0.0 * one, lambda waves: Growth(np.nan * one, np.nan * one), meets, force_histories
+        found, units, missing_energy, lambda waves: Growth(np.nan * one, np.nan * one), meets, force_histories
     )
 
 

@@ -76,6 +76,23 @@ class PassResult(NamedTuple):
     ratcheting: float
 
 
+def drawn_pass(held: Scatter, number: int) -> tuple[float, float, float]:
+    """Return speed and load of a pass over their means, and its start, m."""
+    if not (held.speed or held.load or held.start):
+        return 1.0, 1.0, 0.0
+    normal = np.random.default_rng([held.seed, number])
+    speed, load = np.maximum(1.0 + normal.standard_normal(2) * (held.speed, held.load), LEAST_FACTOR).tolist()
+    return speed, load, float(held.start * normal.random())
+
+
+def checked_length(scenario: Scenario, scatter: Scatter) -> float:
+    """Return how far the wheels of a pass go, m; refuse starts beyond."""
+    length = float(scenario.speed * scenario.duration)
+    if scatter.start >= length:
+        raise InputError("", "scatter.start", f"{scatter.start:g} m", f"less than the run of {length:g} m")
+    return length
+
+
 class RailLine:
     """A rail over which the same scenario passes again and again.
 
@@ -96,10 +113,9 @@ class RailLine:
         scenario.check_extent()
         self.scenario, self.contact, self.scatter, self._method = scenario, scenario.contact, scatter, METHODS[method]
         lowered = lower(scenario, method)
-        self.lowered = lowered
-        self.length = float(scenario.speed * scenario.duration)
-        if scatter.start >= self.length:
-            raise InputError("", "scatter.start", f"{scatter.start:g} m", f"less than the run of {self.length:g} m")
+        self._lowered = lowered
+        self.program, self.notes, self.static_force = lowered.program, lowered.notes, lowered.static_force
+        self.length = checked_length(scenario, scatter)
         self.onset = float(lowered.program.law[0, contract.LAW_START] * lowered.length)
         self.semi_axis = patch_semi_axis(scenario.contact, scenario.vehicle, lowered.static_force)
         self.virgin = Surface.virgin_surface(self.length, self.semi_axis, self.onset, per_interval)
@@ -114,27 +130,24 @@ class RailLine:
 
     def rail_heights(self, surface: Surface) -> FloatArray:
         """Return the height of the rail at the samples, m."""
-        return np.asarray(self.base - self.contact.share_of_rail * surface.settled_indentation()[: len(self._samples)])
+        return np.asarray(self.base - self.contact.share_of_rail * self.settled(surface))
 
     def beyond_law(self, reached: float) -> tuple[str, ...]:
         """Return notes if a contact force, N, is beyond the range of the law."""
-        return beyond_force(self.contact, self.lowered, reached)
+        return beyond_force(self.contact, self._lowered, reached)
+
+    def settled(self, surface: Surface) -> FloatArray:
+        """Return the permanent indentation at the samples, averaged over the patch, m."""
+        return surface.settled_indentation()[: len(self._samples)]
 
     def _drawn_pass(self, number: int) -> tuple[float, float, float]:
         """Return speed, load and start of a pass."""
-        held, vehicle = self.scatter, self.scenario.vehicle
-        if not (held.speed or held.load or held.start):
-            return float(self.scenario.speed), float(vehicle.load), 0.0
-        normal = np.random.default_rng([held.seed, number])
-        factors = np.maximum(1.0 + normal.standard_normal(2) * (held.speed, held.load), LEAST_FACTOR)
-        return (
-            float(self.scenario.speed * factors[0]), float(vehicle.load * factors[1]),
-            float(held.start * normal.random()),
-        )  # fmt: skip
+        faster, heavier, start = drawn_pass(self.scatter, number)
+        return float(self.scenario.speed) * faster, float(self.scenario.vehicle.load) * heavier, start
 
     def _pass_program(self, surface: Surface, speed: float, load: float, start: float) -> tuple[Program, float, float]:
         """Return the program of a pass over the surface, and its units of length (m) and time (s)."""
-        lowered = self.lowered
+        lowered = self._lowered
         numbers, length, time, law = lowered.program.numbers.copy(), lowered.length, lowered.time, lowered.program.law
         vehicle = self.scenario.vehicle
         if (speed, load) != (self.scenario.speed, vehicle.load):

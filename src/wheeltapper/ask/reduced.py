@@ -33,7 +33,8 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
     """Return the scenario of the core model that is equivalent to one wheelset of a wagon.
 
     Mass, contacts and static contact force are those of the wheelset. Stiffness and damping are those of its vertical
-    springs and dampers, whose other ends are fixed. x = 0 is the position of the wheelset at time zero.
+    springs and dampers, whose other ends are fixed; dry friction is left out, and of a piecewise linear damper there is
+    its slope at rest. x = 0 is the position of the wheelset at time zero.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
     constant = 2.0 * lowered.contact_constant
     held = [element for element in wagon.elements if name in element.between]
     stiffness = sum(element.stiffness[2] for element in held if isinstance(element, Spring))
-    damping = sum(element.damping[2] for element in held if isinstance(element, Damper))
+    damping = sum(element.slopes[2] for element in held if isinstance(element, Damper))
     indentation = (force / constant) ** (2.0 / 3.0)
     vehicle = Wheelset(
         mass=axle.mass,

@@ -13,7 +13,7 @@ from wheeltapper.ask.cells import ComputedCells
 from wheeltapper.ask.sensitivity import Rates, derivatives
 from wheeltapper.ask.study import Study
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.notes import Shared
+from wheeltapper.ground.notes import Note, Shared
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.progress import progress_counter
 from wheeltapper.lower.fields import Fields
@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 AT_ONCE = 4
 """Parameters that are carried along at a time."""
+GRAZING = 1e-3
+"""Rate of indentation at an event, in static indentations and the time sqrt(m·δ0/N0), below which a derivative means
+nothing."""
 OF_TIME, OF_SIZE = range(2)
 
 
@@ -62,6 +65,7 @@ def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:
     if not run.rail_tangents_are_ready(marched):
         say_that_it_compiles("the tangents on rails")
     trains, whole = trains_of(record, asked.needs_tally), record.outcome is Outcome.COMPLETED
+    unknown = dict[str, list[str]]()
     wheels, amplification = trains.cell_count, np.nan
     values = np.full((len(asked.features), wheels), np.nan)
     gradient = np.full((len(asked.features), len(turns), wheels), np.nan)
@@ -78,6 +82,9 @@ def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:
 
             for row, (value, slope) in enumerate(derivatives(asked.features, tilted, rates.has_gaps)):
                 values[row], gradient[row, lane] = value, slope
+                feature = asked.features[row]
+                if feature.differentiable and np.any(np.isnan(slope) & ~np.isnan(value)):
+                    unknown.setdefault(feature.name, []).append(asked.gradient[lane])
     trust = status_of.EXACT
     if _gentlest(lowered, marched) < GRAZING:
         trust = status_of.GRAZING
@@ -87,13 +94,17 @@ def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:
     return ComputedCells(
         values.reshape(len(asked.features), *each), status_of.STATUS_OF_MARCH[[marched.status]],
         gradient.reshape(len(asked.features), len(turns), *each), np.array([trust]), np.array([amplification]),
-        tuple(Shared(note, 1) for note in record.notes),
+        tuple(Shared(note, 1) for note in (*record.notes, *(_unknown_note(*one) for one in unknown.items()))),
     )  # fmt: skip
 
 
-GRAZING = 1e-3
-"""Rate of indentation at an event, in static indentations and the time sqrt(m·δ0/N0), below which a derivative means
-nothing."""
+def _unknown_note(name: str, paths: list[str]) -> Note:
+    """Return a note on a feature without derivatives."""
+    text = (
+        f"{name} has no derivative by {', '.join(paths)}: it depends on a time without one, at a jump of the path, or "
+        "where a contact that is still indented is released or presses again"
+    )
+    return Note(text, f"no derivative of {name}")
 
 
 def _rates(trains: Trains, lowered: LoweredOnRails, marched: Marched, found: Tangents, lane: int) -> Rates:
@@ -145,6 +156,6 @@ def _amplification(lowered: LoweredOnRails, marched: Marched, found: Tangents) -
     """Return how much a small change of the start has grown at the end: of all wheels' heights or velocities alike."""
     length, speed = marched.found.prepared.units.length, float(_speed_units(lowered, marched).mean())
     freedoms = len(lowered.plane.freedoms)
-    scale = np.repeat([length, speed], freedoms)
+    scale = np.repeat([length, speed], [freedoms, found.of_starts.shape[1] - freedoms])
     grown = found.of_starts / scale * np.array([[length], [speed]])
     return float(np.linalg.svd(grown, compute_uv=False)[0] / np.sqrt(len(lowered.static_force)))

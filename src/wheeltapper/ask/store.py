@@ -25,7 +25,6 @@ from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Shared
-from wheeltapper.march import run
 from wheeltapper.record.chart_store import FORMAT, MISSING, THERE, chunk_places, state_of
 from wheeltapper.record.labels import CHART_TITLE
 
@@ -34,10 +33,10 @@ EVERY_CHUNK = {"array.write_empty_chunks": True}
 computed."""
 MOST_CHUNKS = 1_000_000
 """Largest number of chunks of a store. Each chunk has one file for every variable."""
-CHUNK, CHUNK_ON_RAILS = 32_768, 512
+CHUNK, CHUNK_ON_RAILS, CHUNK_OF_RECORDS = 32_768, 512, 16
 """Approximate number of cells in a chunk, unless the study says otherwise: a second or so of work."""
 
-LEADING = ("parameter", "wheelset")
+LEADING = ("parameter", "wheelset", "side")
 """Dimensions that come before those of the cells."""
 Block = tuple[slice, ...]
 
@@ -65,7 +64,9 @@ class Store:
     def __init__(self, path: Path, spec: dict[str, Any]) -> None:
         self.path, self.spec = path, spec
         self.study: Study = described_study(spec)
-        usual = CHUNK_ON_RAILS if self.study.marcher is run.GENERAL else CHUNK
+        usual = (
+            CHUNK_OF_RECORDS if self.study.by_records else CHUNK_ON_RAILS if self.study.marcher.is_general else CHUNK
+        )
         self._sizes = chunk_shape(self.study.shape, int(spec.get("chunk", usual)), self.study.dear_axes)
         together = prod(self._sizes)
         check_room(
@@ -201,8 +202,7 @@ class Store:
             known: dict[str, Any] = {axis.path: axis.values for axis in self.study.axes}
             if self.study.gradient:
                 known["parameter"] = np.array(self.study.gradient)
-            for count in self.study.wheel_shape:
-                known["wheelset"] = np.arange(1, count + 1)
+            known |= {name: np.array(each) for name, each in self.study.wheel_axes.items()}
             for name, values in known.items():
                 array: Any = group[name]
                 array[:] = values

@@ -21,6 +21,7 @@ from wheeltapper.ground.memory import check_room
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march import run
 from wheeltapper.record.arguments import check_method
+from wheeltapper.record.contacts import SIDES
 from wheeltapper.record.features import Feature, named
 
 FloatArray = NDArray[np.float64]
@@ -100,15 +101,28 @@ class Study:
         return run.choose(run.SWEEP, self.scenario.needs)
 
     @property
+    def by_records(self) -> bool:
+        """Whether each cell is a run with a record of its own: there are no tables that cells could share."""
+        return self.marcher in (run.WAGON, run.WAGON_ON_RAILS)
+
+    @property
+    def wheel_axes(self) -> dict[str, list[int] | list[str]]:
+        """Names of wheelsets and sides, each of which has a value of every feature; nothing where there is but one."""
+        vehicle = self.scenario.vehicle
+        if self.by_records:
+            return {"wheelset": [*range(1, len(vehicle.axles) + 1)], "side": [*SIDES[:2]]}
+        wheelsets = len(getattr(vehicle, "positions", (0.0,)))
+        return {"wheelset": [*range(1, wheelsets + 1)]} if wheelsets > 1 else {}
+
+    @property
     def wheel_shape(self) -> tuple[int, ...]:
-        """Number of wheelsets, each of which has a value of every feature; nothing where there is but one."""
-        wheelsets = len(getattr(self.scenario.vehicle, "positions", (0.0,)))
-        return (wheelsets,) if wheelsets > 1 else ()
+        """Numbers of wheelsets and sides, as of `wheel_axes`."""
+        return tuple(len(names) for names in self.wheel_axes.values())
 
     @property
     def dear_axes(self) -> tuple[int, ...]:
         """Axes along which tables of the track differ: cells that share them should be computed together."""
-        if self.marcher is not run.GENERAL or not self.grid:
+        if not self.marcher.is_general or not self.grid:
             return ()
         return tuple(
             number for number, axis in enumerate(self.axes)
@@ -263,11 +277,16 @@ def study_of(
     if side_by_side and len(set(lengths.values())) > 1:
         raise InputError("", "over", f"lists of different lengths {lengths}", "lists of one length where zipped")
     for path in by:
-        field_at(scenario, path)
+        holder, name = field_at(scenario, path)
+        if name in getattr(holder, "stepwise", ()):
+            found = f"a field that chooses the waves of a {type(holder).__name__}, which has no derivative by it"
+            raise InputError("", path, found, "another field")
     if by:
         run.choose(run.GRADIENT, scenario.needs)
     check_along(question, scenario, by)
     _check_questions(asked, question, scenario)
+    if by and run.choose(run.GRADIENT, scenario.needs).is_general:
+        _check_heights(asked)
     return Study(scenario, axes, not side_by_side, asked, method, by, chaos_limit)
 
 
@@ -278,6 +297,15 @@ def _check_questions(features: tuple[Feature, ...], question: run.Question, scen
         other = run.QUESTIONS[feature.asks] if feature.asks else question
         if marcher not in other.marchers:
             raise run.refusal(other, scenario.needs, f"features.{feature.name}")
+
+
+def _check_heights(features: tuple[Feature, ...]) -> None:
+    """Refuse derivatives of what the general march tells no derivatives of."""
+    for feature in features:
+        if feature.of_heights:
+            found = "a highest position, which has no derivative on rails or of several wheelsets"
+            allowed = "features of events, forces and impulses, or no gradient"
+            raise InputError("", f"features.{feature.name}", found, allowed)
 
 
 def as_features(given: Asked) -> tuple[Feature, ...]:

@@ -144,6 +144,6 @@ def gradient(
     computed.check_refusals()
     warn_of(note.sentence_of(1) for note in computed.notes)
     found = chart_dataset(asked, computed).isel(cell=0)
-    return found.drop_vars([name for name in found.coords if name not in ("parameter", "wheelset")]).assign_coords(
-        value=("parameter", np.array([here[path][0] for path in parameters]))
-    )
+    return found.drop_vars(
+        [name for name in found.coords if name not in ("parameter", "wheelset", "side")]
+    ).assign_coords(value=("parameter", np.array([here[path][0] for path in parameters])))

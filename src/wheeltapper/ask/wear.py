@@ -16,11 +16,15 @@ from numpy.typing import NDArray
 from wheeltapper._version import __version__
 from wheeltapper.ask.marks import Marks, marks
 from wheeltapper.ask.passes import PassResult, RailLine, Scatter
+from wheeltapper.ask.passes_on_rails import RailLineOnTrack
 from wheeltapper.ask.spec import file_digests
 from wheeltapper.ask.wear_files import beside_of, locked_file, unwritable_error
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.vehicle.bogie import Bogie
+from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.describe.vehicle.wheelsets import Wheelsets
 from wheeltapper.ground.arguments import as_count, as_path, as_quantity, as_table, with_older
-from wheeltapper.ground.errors import InputError, with_suggestion
+from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.progress import Progress, progress_counter, progress_shown
 from wheeltapper.lower.marks import Surface
 from wheeltapper.march import program as contract
@@ -110,6 +114,7 @@ def wear_in(
     ----------
     scenario
         A scenario with an elastic-plastic contact and `rolling="point"`; or several, which are computed in parallel.
+        Several wheelsets of a vehicle meet the marks of those before them.
         Each wheel begins at its start: at rest, or, with `orbit.record.scenario` of an orbit, in a motion that lasts.
     passes
         Number of wheels that pass.
@@ -119,7 +124,8 @@ def wear_in(
     scatter
         How passes differ. "speed", "load": standard deviations over the mean. "start": the wheels begin, at rest, at
         places spread evenly over this length, m: their bouncing then has another phase.
-        A start on an orbit would lose its phase.
+        A start on an orbit would lose its phase. "vehicles": a list of what passes in turn, instead of the scenario's
+        vehicle; how the rail yields, and what the results call static, are those of the most heavily loaded wheelset.
     seed
         Seed of the random numbers. The draws of pass n do not depend on the number of passes.
     every
@@ -155,13 +161,15 @@ def wear_in(
     """
     passes, every, samples = as_count(passes, "passes"), as_count(every, "every"), as_count(samples, "samples")
     check_method(method)
-    given = as_table(scatter, "scatter", f"a table over {', '.join(SCATTER)}")
+    given = as_table(scatter, "scatter", f"a table over {', '.join(SCATTER)}, vehicles")
     given = with_older(given, older, {f"{name}_scatter": name for name in SCATTER}, "scatter")
+    passing = _checked_vehicles(given.pop("vehicles", ()))
     options = _checked_scatter(hardening, given, seed)
     if isinstance(scenario, Scenario | str | Path):
         file = None if store is None else as_path(store, "store", "a path with the suffix .nc")
         with locked_file(file), progress_shown(progress, "passes"):
-            return _Evolution(as_scenario(scenario), options, every, samples, method, file).continue_until(passes)
+            one = _Evolution(as_scenario(scenario), options, every, samples, method, file, passing)
+            return one.continue_until(passes)
     if store is not None:
         raise InputError("", "store", str(store), "none with several scenarios, or a call for each with its own")
     scenarios = as_scenarios(scenario)
@@ -170,7 +178,7 @@ def wear_in(
         ThreadPoolExecutor(core_count() if threads is None else as_count(threads, "threads")) as pool,
     ):
         count = progress_counter("passes", passes * len(scenarios))
-        evolutions = pool.map(lambda one: _Evolution(one, options, every, samples, method, None), scenarios)
+        evolutions = pool.map(lambda one: _Evolution(one, options, every, samples, method, None, passing), scenarios)
         return list(pool.map(lambda one: one.continue_until(passes, count), evolutions))
 
 
@@ -180,7 +188,9 @@ def _checked_scatter(hardening: Any, scatter: dict[str, Any], seed: Any) -> Scat
         raise InputError("", "hardening", f"{hardening:g}", "0 to 1")
     for name in scatter:
         if name not in SCATTER:
-            raise InputError("", f"scatter.{name}", f"the unknown name {name!r}", with_suggestion(name, SCATTER))
+            raise InputError(
+                "", f"scatter.{name}", f"the unknown name {name!r}", with_suggestion(name, [*SCATTER, "vehicles"])
+            )
     spread = {
         name: as_quantity(scatter.get(name, 0.0), f"scatter.{name}", dimension, positive=False)
         for name, dimension in SCATTER.items()
@@ -188,14 +198,31 @@ def _checked_scatter(hardening: Any, scatter: dict[str, Any], seed: Any) -> Scat
     return Scatter(hardening, **spread, seed=as_count(seed, "seed", 0))
 
 
+def _checked_vehicles(vehicles: Any) -> tuple[Any, ...]:
+    allowed = "Wheelset, Wheelsets or Bogie"
+    if not isinstance(vehicles, Iterable) or isinstance(vehicles, str):
+        raise InputError("", "scatter.vehicles", value_text(vehicles), f"a list of {allowed}")
+    out = tuple(vehicles)
+    for i, one in enumerate(out):
+        if not isinstance(one, Wheelset | Wheelsets | Bogie):
+            raise InputError("", f"scatter.vehicles.{i}", value_text(one), allowed)
+    return out
+
+
 class _Evolution:
     """The state of an evolution: the surface, the results of the passes, and the surfaces that are kept."""
 
     def __init__(
-        self, scenario: Scenario, options: Scatter, every: int, samples: int, method: str, store: Path | None
-    ) -> None:
-        self._line = RailLine(scenario, options, samples, method)
-        warn_of(self._line.lowered.notes)
+        self, scenario: Scenario, options: Scatter, every: int, samples: int, method: str, store: Path | None,
+        vehicles: tuple[Any, ...] = (),
+    ) -> None:  # fmt: skip
+        on_rails = run.choose(run.WEAR_IN, scenario.needs) is run.GENERAL or bool(vehicles)
+        self._line: RailLine | RailLineOnTrack = (
+            RailLineOnTrack(scenario, options, samples, method, vehicles)
+            if on_rails
+            else RailLine(scenario, options, samples, method)
+        )
+        warn_of(self._line.notes)
         self._every, self._store = every, store
         self._request = json.dumps(
             {
@@ -206,6 +233,7 @@ class _Evolution:
                 "method": method,
             }
             | ({"contents": named} if (named := file_digests(scenario)) else {})
+            | ({"vehicles": [repr(vehicle) for vehicle in vehicles]} if vehicles else {})
         )
         self._state = self._line.virgin, 0  # surface and number of passes, set at once
         self._passes: list[PassResult] = []
@@ -232,7 +260,7 @@ class _Evolution:
             done = self._state[1]
             what = f"{passes}, where the file holds {done}"
             raise InputError(str(self._store), "passes", what, f"{done} or more, or a new name for a shorter evolution")
-        if not run.is_ready(self._line.lowered.program):
+        if not run.is_ready(self._line.program):
             say_that_it_compiles()
         saved = time.monotonic()
         count = count or progress_counter("passes", passes, self._state[1])
@@ -256,7 +284,7 @@ class _Evolution:
 
     def _why_it_ends(self, told: PassResult) -> str:
         """Return the reason why the evolution ends with this pass; "" if it goes on."""
-        number, ratio = self._state[1], told.largest_force / self._line.lowered.static_force
+        number, ratio = self._state[1], told.largest_force / self._line.static_force
         if told.status != contract.DONE:
             return f"pass {number}: {OUTCOMES[told.status].sentence}"
         if ratio > RUNAWAY:
@@ -278,7 +306,7 @@ class _Evolution:
         x = line.sample_positions
         surfaces = [replace(self._present_surface, left=kept[n]) for n in numbers]
         heights = np.array([line.rail_heights(surface) for surface in surfaces])
-        left = np.array([surface.settled_indentation()[: len(x)] for surface in surfaces])
+        left = np.array([line.settled(surface) for surface in surfaces])
         wavelength, amplitude = spectrum(x, heights, 2.0 * line.semi_axis)
         growth = np.full_like(amplitude, np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -318,11 +346,11 @@ class _Evolution:
             "wheeltapper": __version__,
             "request": self._request,
             "summary": repr(line.scenario.contact),
-            "static_force": line.lowered.static_force,
+            "static_force": line.static_force,
             "patch_length": 2.0 * line.semi_axis,
             "ended": self._ended or "all passes made",
             "notes": json.dumps([
-                *line.lowered.notes,
+                *line.notes,
                 *line.beyond_law(max((one.largest_force for one in self._pass_results), default=0.0)),
                 f"marks are averaged over the contact patch, {2e3 * line.semi_axis:.2f} mm long: shorter ones are not "
                 "resolved",

@@ -105,7 +105,8 @@ class Noun(BaseModel, metaclass=NounMeta):
 
     @model_serializer(mode="wrap")
     def _give_type(self, handler: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:
-        plain = {name: value for name, value in handler(self).items() if value is not None}
+        silent = {*getattr(self, "written_if_given", ())} - self.model_fields_set
+        plain = {name: value for name, value in handler(self).items() if value is not None and name not in silent}
         return {"type": type(self).__name__} | plain
 
     @property
@@ -118,6 +119,14 @@ class Noun(BaseModel, metaclass=NounMeta):
         if type(self) is not type(other):
             return NotImplemented
         return all(getattr(self, name) == getattr(other, name) for name in type(self).model_fields)
+
+
+def check_idle(noun: Noun, names: tuple[str, ...], where: str) -> None:
+    """Refuse fields that are set where they do nothing: "beside orders", "without a deviation"."""
+    for name in names:
+        value = getattr(noun, name)
+        if value != type(noun).model_fields[name].default:
+            raise InputError("", name, f"{value_text(value)}, which does nothing {where}", f"no {name}")
 
 
 def _quantity_reader(dimension: str) -> Callable[[Any], float]:
@@ -149,6 +158,7 @@ Gap = quantity_type("length", ge=0)
 Mass = quantity_type("mass", gt=0)
 Force = quantity_type("force")
 PositiveForce = quantity_type("force", gt=0)
+SlidingForce = quantity_type("force", ge=0)
 Stiffness = quantity_type("stiffness", ge=0)
 PositiveStiffness = quantity_type("stiffness", gt=0)
 Damping = quantity_type("damping", ge=0)

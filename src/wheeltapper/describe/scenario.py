@@ -24,7 +24,22 @@ from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.wagon import Wagon, wagon_for
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
-from wheeltapper.ground.needs import IRREGULARITY, MEMORY, NOTHING, OWN_LAW, POINT, PROFILES, START, YIELDING, Need
+from wheeltapper.ground.needs import (
+    ALONE,
+    BOGIE,
+    FLEXIBLE_TRACK,
+    IRREGULARITY,
+    MEMORY,
+    NOTHING,
+    OWN_LAW,
+    POINT,
+    PROFILES,
+    SEVERAL_BODIES,
+    START,
+    WHEELSETS,
+    YIELDING,
+    Need,
+)
 from wheeltapper.march import run
 
 FORMAT = 1
@@ -33,7 +48,9 @@ AnyIrregularity = Annotated[Any, OneOf(Irregularity)]
 
 
 class Start(Noun):
-    """Position and velocity of the wheel at time zero.
+    """Position and velocity of the wheel at time zero; of a vehicle on several wheelsets, of each of them.
+
+    Everything else, such as a bogie's frame, a deck and the track, starts from the static state.
 
     Parameters
     ----------
@@ -157,6 +174,7 @@ class Scenario(Noun):
             IRREGULARITY: bool(self.irregularity),
             POINT: self.rolling == "point",
             MEMORY: YIELDING in found and self.speed == 0.0,
+            ALONE: YIELDING in found and not found & {FLEXIBLE_TRACK, WHEELSETS, BOGIE, SEVERAL_BODIES},
         }
         return found.union(need for need, there in also.items() if there)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final, Literal
+from typing import ClassVar, Final, Literal
 
 from pydantic import Field, model_validator
 
@@ -66,6 +66,8 @@ class Sensor(Noun):
         Offset that is added, m/s², and its growth, m/s² per s.
     """
 
+    written_if_given: ClassVar[tuple[str, ...]] = ("rate",)
+    """Fields whose default is not written back: where they are not given, a recording's own count."""
     kind: Literal["deck acceleration", "contact force", "rail shear force", "pad force", "sleeper force"] = DECK
     name: str = ""
     x1: Length | None = None

@@ -17,7 +17,8 @@ from wheeltapper.ground.errors import InputError
 def digest_of(site: Site, *more: Any) -> str:
     """Return a digest of this program, a site, the files that it names, and what else a result depends on."""
     try:
-        told = [__version__, site.model_dump(mode="json"), file_digests(site.passage), *more]
+        named = {} if site.passage is None else file_digests(site.passage)
+        told = [__version__, site.model_dump(mode="json"), named, *more]
     except PydanticSerializationError as error:
         raise InputError(
             "", "output", "a site with a Profile, a Python function that nobody can compare the next time",

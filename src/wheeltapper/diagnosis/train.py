@@ -35,13 +35,17 @@ COLUMNS = (
     ("peak_kn", "peak kN", ".1f"), ("peak_kips", "peak kips", ".1f"), ("dynamic_ratio", "peak/static", ".2f"),
     ("dynamic_increment", "(peak-static)/static", ".2f"),
     ("level_kn", "level kN", ".1f"), ("forces_from", "forces from", "s"), ("verdict", "verdict", "s"),
+    ("model", "model", "s"),
     ("probability", "probability", ".3f"), ("size", "size", "s"), ("axle_kn", "axle kN", ".1f"),
-    ("left_right", "left-right", "+.3f"), ("strikes", "strikes", "d"), ("repeats_after", "every m", ".2f"),
+    ("left_right", "left-right", "+.3f"), ("relative_load", "load/median", ".2f"),
+    ("strikes", "strikes", "d"), ("repeats_after", "every m", ".2f"),
     ("alarms", "alarms", "s"),
 )  # fmt: skip
 """Columns of the table: key, heading, and the format of the values."""
 OF_WHEELS = ("vehicle", "side", "axle_kn", "left_right", "strikes", "repeats_after")
 """Columns that only trains have whose wheels were measured each by itself."""
+OF_SEATS = ("relative_load",)
+"""Columns that only trains have that passed over sensors at seats."""
 OF_MODELS = ("level_kn", "probability", "size")
 """Columns that only a model fills."""
 FEWEST = 6
@@ -100,7 +104,8 @@ class TrainFinding:
         probability, size (as text), alarms (names of the rules). Forces are those of the wheelset, in kN and in kips.
         In a row of a wheel they are the wheel's, and there are vehicle, side, axle_kn (static force of the axle),
         left_right ((left - right) over their sum), strikes (their number), repeats_after (m, if it is a wheel's
-        circumference).
+        circumference); with sensors at seats relative_load (over the train's median wheel); with a deck's model model
+        (its verdict on the axle).
         """
         rows = []
         for number, entry in enumerate(self.axles, 1):
@@ -114,24 +119,31 @@ class TrainFinding:
         """Return the table as a pandas DataFrame."""
         import pandas as pd  # type: ignore[import-untyped]
 
-        return pd.DataFrame(self.table(), columns=[key for key, _, _ in self._columns()])
+        return pd.DataFrame(self.table(), columns=[key for key, _, _ in self.columns()])
 
-    def _columns(self) -> list[tuple[str, str, str]]:
-        """Return the columns that this train can have."""
+    def columns(self) -> list[tuple[str, str, str]]:
+        """Return the columns that this train can have: key, heading, and the format of the values."""
         measured = any("wheels" in entry for entry in self.axles)
-        left_out = OF_MODELS if measured else OF_WHEELS
+        at_seats = any("relative_load" in wheel for entry in self.axles for wheel in entry.get("wheels", ()))
+        of_decks = any("model" in entry for entry in self.axles)
+        models = ("level_kn",) if of_decks else (*OF_MODELS, "model")
+        left_out = (models if measured else (*OF_WHEELS, "model")) + (() if at_seats else OF_SEATS)
         return [column for column in COLUMNS if column[0] not in left_out]
 
     def _wheel_row(self, number: int, entry: Mapping[str, Any], wheel: Mapping[str, Any]) -> dict[str, Any]:
         row = self._axle_row(number, {**entry, **wheel})
-        load, side = entry.get("static_force"), wheel["side"]
+        load, side, model = entry.get("static_force"), wheel["side"], entry.get("model")
+        row["model"] = None
+        if model is not None:
+            row |= {"model": model["verdict"], "probability": model["probabilities"].get(model["verdict"])}
+            row["size"] = _size_text(model)
         alarms = [one.rule.name for one in self.alarms_at(number) if one.side in ("", side or "")]
         more = {
             "vehicle": entry["vehicle"], "side": side, "axle_kn": None if load is None else 1e-3 * load,
             "left_right": entry["left_right"], "strikes": len(wheel["strikes"]),
-            "repeats_after": wheel["repeats_after"], "alarms": alarms,
+            "repeats_after": wheel["repeats_after"], "relative_load": wheel.get("relative_load"), "alarms": alarms,
         }  # fmt: skip
-        return {key: (row | more)[key] for key, _, _ in self._columns()}
+        return {key: (row | more)[key] for key, _, _ in self.columns()}
 
     def _axle_row(self, number: int, entry: Mapping[str, Any]) -> dict[str, Any]:
         static, peak, speed = (entry.get(name) for name in ("static_force", "largest_force", "speed"))
@@ -182,7 +194,7 @@ class TrainFinding:
         """Return the table, the alarms and notes about them."""
         head = ", ".join(part for part in (self.name, self.date, self.site.name) if part)
         count = f"{len(self.axles)} axles, {self._faulty_text()}"
-        lines = [f"{head}: {count}" if head else count, *_aligned_lines(self.table(), self._columns())]
+        lines = [f"{head}: {count}" if head else count, *_aligned_lines(self.table(), self.columns())]
         lines += [_vehicle_line(vehicle) for vehicle in self.vehicles]
         for axle in range(1, len(self.axles) + 1):
             alarms = self.alarms_at(axle)
@@ -250,14 +262,15 @@ def _vehicle_line(vehicle: Mapping[str, Any]) -> str:
     return ", ".join([text, *parts])
 
 
+def cell_text(value: Any, form: str) -> str:
+    """Return a value of a table as text: "-" where there is none."""
+    if value is None:
+        return "-"
+    return ", ".join(value) if isinstance(value, list) else format(value, form)
+
+
 def _aligned_lines(rows: list[dict[str, Any]], columns: Sequence[tuple[str, str, str]]) -> list[str]:
     """Return a table as lines of text: numbers aligned to the right, words to the left."""
-
-    def cell_text(value: Any, form: str) -> str:
-        if value is None:
-            return "-"
-        return ", ".join(value) if isinstance(value, list) else format(value, form)
-
     cells = [
         [heading for _, heading, _ in columns],
         *([cell_text(row[key], form) for key, _, form in columns] for row in rows),

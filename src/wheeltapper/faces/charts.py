@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 ARROWS = 12
 """Approximate number of gradient arrows along each axis."""
+MOST_COLUMNS = 4
+"""Largest number of panels beside each other."""
 WITHOUT = "no value, or no reliable gradient"
 
 
@@ -31,12 +33,20 @@ def features_of(chart: xr.Dataset) -> list[str]:
 
 
 def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str]) -> None:
-    """Draw some of a chart's features side by side: maps of two fields, lines over one, clouds of samples."""
+    """Draw some of a chart's features side by side: maps of two fields, lines over one, clouds of samples.
+
+    The figure gets the size that they need.
+    """
+    from matplotlib import rcParams
+
     for name in features:
         check_choice(name, "features", features_of(chart))
-    panels = [(name, one) for name in features for one in _of_each_wheelset(chart, name)]
-    axes = figure.subplots(1, len(panels), squeeze=False)[0]
-    for axis, (name, (number, chart)) in zip(axes, panels, strict=True):
+    panels = [(name, one) for name in features for one in _of_each_wheel(chart, name)]
+    columns = min(len(panels), MOST_COLUMNS)
+    rows = -(-len(panels) // columns)
+    figure.set_size_inches(4.6 * columns, 4.4 * rows)
+    for number, (name, (wheel, chart)) in enumerate(panels, 1):
+        axis = figure.add_subplot(rows, columns, number)
         dimensions = chart[name].dims
         if dimensions == ("cell",):
             _draw_cloud(axis, chart, name)
@@ -51,15 +61,18 @@ def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str]) -> None:
                 f"{len(dimensions)} varied fields",
                 "one or two; choose a slice with chart.sel or chart.isel",
             )
-        if number is not None:
-            axis.set_title(f"wheelset {number}\n{axis.get_title()}".rstrip(), fontsize=9)
+        if wheel:
+            axis.set_title(f"{wheel}\n{axis.get_title(rcParams['axes.titlelocation'])}".rstrip(), fontsize=9)
 
 
-def _of_each_wheelset(chart: xr.Dataset, name: str) -> list[tuple[int | None, xr.Dataset]]:
-    """Return the charts of all wheelsets, with their numbers, where a feature has a value for each; or the chart."""
-    if "wheelset" not in chart[name].dims:
-        return [(None, chart)]
-    return [(int(number), chart.sel(wheelset=number)) for number in chart.wheelset.values]
+def _of_each_wheel(chart: xr.Dataset, name: str) -> list[tuple[str, xr.Dataset]]:
+    """Return the charts of all wheelsets, or wheels, with what each is called; "" where a feature has one value."""
+    out = [("", chart)]
+    if "wheelset" in chart[name].dims:
+        out = [(f"wheelset {number}", chart.sel(wheelset=number)) for number in chart.wheelset.values]
+    if "side" in chart[name].dims:
+        out = [(f"{called}, {side}", one.sel(side=side)) for called, one in out for side in one.side.values]
+    return out
 
 
 def _read(chart: xr.Dataset, name: str) -> tuple[FloatArray, str]:
@@ -113,10 +126,12 @@ def draw_map(axis: Axes, chart: xr.Dataset, name: str) -> None:
         numbers = axis.clabel(curves, fontsize=7, fmt=lambda level: f"{level:.4g}", colors="black")
         for number in numbers:
             number.set(zorder=6, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})
+    elif known.any():
+        title += f"\n{values[known].flat[0]:.4g} wherever it is known"
     masked = _is_masked(chart, name).T
     if masked.any():
         axis.contourf(x, y, masked.astype(float), levels=[0.5, 1.5], colors="none", hatches=["////"])
-    axis.set(xlabel=x_label, ylabel=y_label)
+    axis.set(xlabel=x_label, ylabel=y_label, xlim=(x.min(), x.max()), ylim=(y.min(), y.max()))
     if f"{name}_gradient" in chart and {second, first} <= set(chart.parameter.values.tolist()):
         slopes = [chart[f"{name}_gradient"].sel(parameter=path).values.T for path in (second, first)]
         _draw_arrows(axis, x, y, slopes[0] * x_unit, slopes[1] * y_unit, masked)
@@ -176,7 +191,7 @@ def _draw_cloud(axis: Axes, chart: xr.Dataset, name: str) -> None:
 
 def draw_border(figure: Figure, chart: xr.Dataset, border: xr.Dataset) -> None:
     """Draw the curves of a border over the maps of a chart."""
-    dimensions = [str(dimension) for dimension in chart[features_of(chart)[0]].dims]
+    dimensions = [str(name) for name in chart[features_of(chart)[0]].dims if name not in ("wheelset", "side")]
     if len(dimensions) != 2 or not set(dimensions) <= set(border.data_vars):
         raise InputError("", "border", f"a border over {sorted(map(str, border.data_vars))}", f"one over {dimensions}")
     second, first = dimensions

@@ -13,6 +13,7 @@ from cyclopts import App, CycloptsError, Parameter
 from wheeltapper._version import __version__
 from wheeltapper.faces.cli_limits import limits
 from wheeltapper.faces.cli_orbits import orbits
+from wheeltapper.faces.cli_report import report
 from wheeltapper.faces.cli_site import assess, design, diagnose
 from wheeltapper.faces.exits import DONE, NOT_FINISHED, PICTURES, WRONG_INPUT, check_target, make_folder
 from wheeltapper.faces.usage import as_input_error, refuse_fractions
@@ -29,7 +30,7 @@ app = App(
 )
 app.register_install_completion_command(help="Install completion for this shell (bash, zsh, fish).")
 
-for command in (limits, diagnose, assess, design, orbits):
+for command in (limits, diagnose, assess, design, report, orbits):
     app.command(command)
 
 
@@ -117,6 +118,10 @@ def sweep(
     as_count(workers, "--workers", 0)
     if threads is not None:
         as_count(threads, "--threads")
+        if workers or scheduler:
+            raise InputError(
+                "", "--threads", f"{threads} with processes or a cluster", "no --threads: each has its own"
+            )
     from wheeltapper.ask.fill import ClusterError, fill_store
     from wheeltapper.ask.spec import read_study
     from wheeltapper.ground.progress import progress_shown

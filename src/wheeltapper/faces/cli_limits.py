@@ -19,7 +19,7 @@ def limits(
     rules: Path | None = None,
     countries: Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative="")] = (),
     plot: Path | None = None,
-    method: str = "default",
+    method: str | None = None,
     as_json: Annotated[bool, Parameter(name="--json", negative="")] = False,
 ) -> int:
     """Compare a run with dated limits: forces of wheels, Y/Q, flats.
@@ -37,7 +37,7 @@ def limits(
     plot
         Write a picture here (.png, .pdf, .svg).
     method
-        default or strict, for a scenario.
+        default or strict, of a scenario's simulation; a record has its own.
     as_json
         Print one JSON object instead of a table; warnings go to stderr.
     """
@@ -63,9 +63,11 @@ def limits(
     return CLAIM_FAILED if found.exceeded else DONE
 
 
-def _record_of(file: Path, method: str) -> Any:
+def _record_of(file: Path, method: str | None) -> Any:
     """Return the record in a file, or that of the scenario in it."""
     if file.suffix == ".nc":
+        if method is not None:
+            raise InputError("", "--method", f"{method!r} with a record, which is not simulated", "no --method")
         from wheeltapper.record.record import Record
         from wheeltapper.record.store import load
 
@@ -75,4 +77,4 @@ def _record_of(file: Path, method: str) -> Any:
         return record
     from wheeltapper.faces.running import simulated_file
 
-    return simulated_file(file, method).record
+    return simulated_file(file, method or "default").record

@@ -34,3 +34,10 @@ def make_folder(folder: Path) -> None:
         ) from error
     if not os.access(folder, os.W_OK):
         raise InputError(str(folder), "--output", "a folder that cannot be written", "a writable folder")
+
+
+def write_whole(target: Path, text: str) -> None:
+    """Write a file whole or not at all."""
+    aside = target.with_name(f"{target.name}.part")
+    aside.write_text(text, encoding="utf-8")
+    aside.replace(target)

@@ -57,15 +57,17 @@ def draw_limits(found: LimitCheck) -> Figure:
     axis = figure.subplots()
     rows = np.arange(len(found))
     shares = [row.value / row.allowed for row in found]
+    longest = 1.2 * max([1.0, *(share for share in shares if np.isfinite(share))])
+    ends = np.minimum(shares, longest)  # of a wheel without vertical force Y/Q is infinite
     colours = [RED if row.exceeded else BLUE for row in found]
-    axis.barh(rows, shares, color=colours, height=0.6)
+    axis.barh(rows, ends, color=colours, height=0.6)
     axis.axvline(1.0, color="0.3", linewidth=1.0)
     axis.set_yticks(rows, [f"{row.name}: {row.rule.text_of(row.allowed)}" for row in found], fontsize=8)
-    for y, row, share in zip(rows, found, shares, strict=True):
+    for y, row, end in zip(rows, found, ends, strict=True):
         axis.annotate(
-            row.rule.text_of(row.value), (share, y), (3, 0), textcoords="offset points", va="center", fontsize=8
+            row.rule.text_of(row.value), (end, y), (3, 0), textcoords="offset points", va="center", fontsize=8
         )
-    axis.set(xlabel="value over what is allowed", xlim=(0.0, 1.2 * max(1.0, *shares)), ylim=(len(found) - 0.5, -0.5))
+    axis.set(xlabel="value over what is allowed", xlim=(0.0, longest), ylim=(len(found) - 0.5, -0.5))
     exceeded = len(found.exceeded)
     figure.suptitle(f"{exceeded} of {len(found)} limits exceeded; verify the current editions", fontsize=9)
     return figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from typing_extensions import TypeIs
 
     from wheeltapper.orbits.orbit import Orbit
 
@@ -90,7 +90,6 @@ def plot(
         The figure, which is not registered with pyplot: show it in a notebook, or save it.
     """
     import matplotlib.style
-    from matplotlib.figure import Figure
 
     path = None if path is None else as_path(path, "path", "the path of a .png, .pdf or .svg")
     if features is not None:
@@ -102,81 +101,60 @@ def plot(
     if against is not None and not isinstance(against, Record):
         raise InputError("", "against", value_text(against), "a Record")
     wheelset = as_count(wheelset, "wheelset")
+    if against is None and wheelset != 1:
+        raise InputError("", "wheelset", f"{wheelset} without `against`", "1, or a record to draw over that wheelset's")
     title = getattr(what, "attrs", {}).get("title")
-    variables = set(getattr(what, "data_vars", ()))
     for name, given in (("features", features), ("border", border)):
         if given is not None and title != CHART_TITLE:
             raise InputError("", name, value_text(given), "None, unless `what` is a chart")
     with matplotlib.style.context(STYLE):
-        if isinstance(what, Record) and SEVERAL_BODIES in what.scenario.needs:
-            figure = draw_wagon(what) if against is None else draw_comparison(what, against, wheelset)
-        elif against is not None:
-            raise InputError("", "against", "a record to draw over", "None, unless `what` is the record of a wagon")
-        elif isinstance(what, Record) and what.scenario.needs & {FLEXIBLE_TRACK, WHEELSETS, BOGIE}:
-            figure = draw_on_rails(what)
-        elif isinstance(what, Record):
-            figure = _drawn_figure(what)
-        elif isinstance(what, Vehicle):
-            figure = _drawn_vehicle(what)
-        elif isinstance(what, Irregularity):
-            figure = draw_irregularity(what)
-        elif isinstance(what, Marks):
-            figure = draw_marks(what)
-        elif isinstance(what, Finding):
-            figure = draw_finding(what)
-        elif isinstance(what, Design):
-            figure = draw_design(what)
-        elif isinstance(what, LimitCheck):
-            figure = draw_limits(what)
-        elif isinstance(what, Performance):
-            figure = draw_performance(what)
-        elif isinstance(what, Recording):
-            figure = draw_recording(what)
-        elif isinstance(what, Force):
-            figure = draw_force(what)
-        elif _is_orbit(what):
-            figure = draw_orbit(what)
-        elif _is_answer_of_track(what):
-            figure = TRACKS[str(what.attrs["title"])](what)  # type: ignore[operator]
-        elif is_traces(what):
-            figure = draw_traces(what)  # type: ignore[arg-type]
-        elif isinstance(what, list | tuple) and len(what) and all(map(is_modes, what)):
-            figure = draw_modes_over_speed(what)  # type: ignore[arg-type]
-        elif isinstance(what, list | tuple):
-            figure = draw_records(what)
-        elif is_modes(what):
-            figure = draw_modes(what)  # type: ignore[arg-type]
-        elif {"weighted_acceleration", "mean_comfort"} <= variables:
-            figure = draw_comfort(what)
-        elif title == WEAR_TITLE:
-            figure = draw_wear(what)
-        elif title in DRAWN:
-            figure = DRAWN[title](what)  # type: ignore[arg-type]
-        elif title == IMITATION:
-            figure = draw_imitation(what)
+        if against is not None:
+            if not isinstance(what, Record) or SEVERAL_BODIES not in what.scenario.needs:
+                raise InputError("", "against", "a record to draw over", "None, unless `what` is the record of a wagon")
+            figure = draw_comparison(what, against, wheelset)
         elif title == CHART_TITLE:
-            chosen = features_of(what) if features is None else features
-            figure = Figure(figsize=(4.6 * max(len(chosen), 1), 4.4))
-            draw_chart(figure, what, chosen)
-            if border is not None:
-                draw_border(figure, what, border)
+            figure = _drawn_chart(what, features, border)
         else:
-            raise InputError(
-                "", "what", value_text(what), "a Record, a chart, an evolution, marks, a finding or the like"
-            )
+            figure = _drawer_of(what)(what)
         if path is not None:
             save(figure, path)
     return figure
 
 
-def _is_orbit(what: Any) -> TypeIs[Orbit]:
+def _drawer_of(what: Any) -> Callable[[Any], Figure]:
+    """Return the function that draws a result: by its kind, by its title, or by what it holds."""
     from wheeltapper.orbits.orbit import Orbit
 
-    return isinstance(what, Orbit)
+    by_kind: dict[type, Callable[[Any], Figure]] = {
+        Record: _drawn_record, Vehicle: _drawn_vehicle, Irregularity: draw_irregularity, Marks: draw_marks,
+        Finding: draw_finding, Design: draw_design, LimitCheck: draw_limits, Performance: draw_performance,
+        Recording: draw_recording, Force: draw_force, Orbit: draw_orbit,
+    }  # fmt: skip
+    by_title: dict[str, Any] = {**TRACKS, **DRAWN, WEAR_TITLE: draw_wear, IMITATION: draw_imitation}
+    title, variables = str(getattr(what, "attrs", {}).get("title")), set(getattr(what, "data_vars", ()))
+    found = next((draw for kind, draw in by_kind.items() if isinstance(what, kind)), by_title.get(title))
+    if found is not None:
+        return found
+    if is_traces(what):
+        return draw_traces
+    if isinstance(what, list | tuple):
+        return draw_modes_over_speed if len(what) and all(map(is_modes, what)) else draw_records
+    if is_modes(what):
+        return draw_modes
+    if {"weighted_acceleration", "mean_comfort"} <= variables:
+        return draw_comfort
+    raise InputError("", "what", value_text(what), "a Record, a chart, an evolution, marks, a finding or the like")
 
 
-def _is_answer_of_track(what: Any) -> TypeIs[xr.DataArray]:
-    return getattr(what, "attrs", {}).get("title") in TRACKS
+def _drawn_chart(chart: Any, features: list[str] | None, border: xr.Dataset | None) -> Figure:
+    from matplotlib.figure import Figure
+
+    chosen = features_of(chart) if features is None else features
+    figure = Figure()
+    draw_chart(figure, chart, chosen)
+    if border is not None:
+        draw_border(figure, chart, border)
+    return figure
 
 
 def _drawn_vehicle(vehicle: Vehicle) -> Figure:
@@ -184,6 +162,13 @@ def _drawn_vehicle(vehicle: Vehicle) -> Figure:
     if not isinstance(wagon, Wagon):
         raise InputError("", "what", value_text(vehicle), "a Wagon; other vehicles have no bodies to draw")
     return draw_vehicle(wagon)
+
+
+def _drawn_record(record: Record) -> Figure:
+    if SEVERAL_BODIES in record.scenario.needs:
+        return draw_wagon(record)
+    in_the_plane = record.scenario.needs & {FLEXIBLE_TRACK, WHEELSETS, BOGIE}
+    return draw_on_rails(record) if in_the_plane else _drawn_figure(record)
 
 
 def _drawn_figure(record: Record) -> Figure:

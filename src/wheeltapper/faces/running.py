@@ -73,6 +73,7 @@ def told_as_json(run: RunResult, written: dict[str, Path | None]) -> str:
         "outcome": record.outcome.name,
         "impacts": int((kinds == "impact").sum()),
         "losses": int((kinds == "loss").sum()),
+        "void_closings": int((kinds == "void closes").sum()),
         **{name: value if value is not None and isfinite(value) else None for name, value in numbers.items()},
         "per": "wheel" if SEVERAL_BODIES in record.scenario.needs else "wheelset",
         "notes": list(record.notes),

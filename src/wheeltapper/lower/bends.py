@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.irregularity.base import PLACES
 from wheeltapper.describe.irregularity.course import Course
 from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
 from wheeltapper.lower import ellipse
 from wheeltapper.lower.ellipse import FactorSlopes
 from wheeltapper.lower.fields import Fields
@@ -29,17 +31,25 @@ from wheeltapper.lower.table import PathTable, row_slopes, row_tangents
 from wheeltapper.march import program as contract
 
 FloatArray = NDArray[np.float64]
-STEP = 2e-4
-"""Relative step of difference quotients with respect to a field of an irregularity. It is small enough for paths with
-hundreds of waves, whose phase changes with the number of waves."""
+STEP, PLACE_STEP = 2e-4, 2e-5
+"""Step of difference quotients with respect to a field of an irregularity, over the field; and of its place, m. What a
+place moves has a length of its own, wherever that is."""
+REACH = 3.0
+"""Length of a path, m, from which on the step falls with it: the phase of its waves changes with their number."""
 
 
 class Courses:
-    """The courses of a scenario (`base`, if they exist already) and of neighbours that differ in one field."""
+    """The courses of a scenario (`base`, if they exist already) and of neighbours that differ in one field.
 
-    def __init__(self, scenario: Scenario, path: str, base: list[Course] | None = None, ahead: float = 0.0) -> None:
-        held = float(Fields(scenario)(path))
-        self.step = STEP * (abs(held) or 1e-2)
+    They are asked for places up to `end`, m.
+    """
+
+    def __init__(
+        self, scenario: Scenario, path: str, end: float, base: list[Course] | None = None, ahead: float = 0.0
+    ) -> None:
+        self.path, held = path, float(Fields(scenario)(path))
+        relative = STEP * REACH / max(end, REACH)
+        self.step = PLACE_STEP if path.rpartition(".")[2] in PLACES else relative * (abs(held) or 1e-2)
         radius = float(scenario.vehicle.radius)
         self._near: dict[int, list[Course]] = {}
         for k in (-3, -2, -1, 1, 2, 3):
@@ -56,12 +66,13 @@ class Courses:
         self._place = {id(s): (i, j) for i, course in enumerate(self.base) for j, s in enumerate(course.stretches)}
 
     def stretch_away(self, placed: PlacedStretch, k: int) -> PlacedStretch:
-        """Return a stretch of the scenario that is k steps away."""
+        """Return a stretch of the scenario that is k steps away; its course may begin some periods earlier or later."""
         i, j = self._place[id(placed.stretch)]
         period, near = self.base[i].period, self._near[k][i]
-        turns = round(placed.shift / period) if period else 0
-        stretch = near.stretches[j]
-        shift = turns * (near.period or 0.0)
+        stretch, away = near.stretches[j], placed.shift
+        if isfinite(stretch.start):
+            away += placed.stretch.start - stretch.start
+        shift = round(away / period) * (near.period or 0.0) if period else 0.0
         return PlacedStretch(stretch, shift, stretch.start + shift, stretch.end + shift)
 
     def central_difference(self, of: Callable[[int], Any]) -> Any:
@@ -154,11 +165,11 @@ def table_tangent(scenario: Scenario, path: str, table: PathTable, ahead: float 
         How far the irregularities are moved forward in the table, m.
     """
     rolled = table.origin
-    changing = Courses(scenario, path, rolled.all if rolled else None, ahead)
     factor_slopes = ellipse.factor_slopes(scenario.contact, scenario.vehicle, path)
     rows = table.rows
     out = np.zeros_like(rows)
     nodes = _tangent_nodes(rows)
+    changing = Courses(scenario, path, float(nodes.max()), rolled.all if rolled else None, ahead)
     if rolled is None:
         _bend_point(changing, rows, nodes, factor_slopes, out)
     else:
@@ -203,7 +214,9 @@ def _bend_wave(changing: Courses, row: FloatArray, present: list[PlacedStretch],
 
     def derivative_of(k: int) -> FloatArray:
         form = common_harmonics([changing.stretch_away(p, k) for p in present])
-        assert form is not None
+        if form is None:  # the piece is one wave, and its derivative would be two
+            found = "the length of one of two waves that are equal and at the same place"
+            raise InputError("", changing.path, found, "lengths that differ, by a millionth say")
         return np.asarray(harmonic_row(row[contract.CENTRE], row[contract.STOP], *form)[0, columns])
 
     out[columns] = changing.central_difference(derivative_of)

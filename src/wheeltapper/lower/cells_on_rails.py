@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.needs import DECK
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.lower import ellipse
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.known import check_known
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.lower.on_rails import (
-    GENERAL_METHODS,
     SUDDEN,
     LoweredOnRails,
     UnderWheels,
@@ -28,7 +28,7 @@ from wheeltapper.lower.on_rails import (
     on_wheels,
     paths_of,
     shortest_wave,
-    system_of,
+    task_of,
     under_wheels,
 )
 from wheeltapper.lower.plausible import implausible_cells
@@ -36,21 +36,14 @@ from wheeltapper.lower.table import PathTable
 from wheeltapper.lower.track.reach import cutoff_note
 from wheeltapper.march.general.contract import Task
 
+VEHICLE = "vehicle.", "contact.", "start."
+"""How the paths of fields begin on which bodies and laws depend."""
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
 class CellsOnRails:
-    """Cells of a scenario on rails, lowered together.
-
-    Parameters
-    ----------
-    scenario
-        The scenario that all cells share.
-    changed
-        By path, one number per cell in SI units.
-    method
-        "default" or "strict".
+    """Cells of a scenario on rails, lowered together; it is made as `lower.many.LoweredCells` is.
 
     Attributes
     ----------
@@ -71,9 +64,10 @@ class CellsOnRails:
         for path in ("speed", "duration"):
             for number in np.unique(changed.get(path, [])).tolist():
                 scenario.replaced({path: number})
-        self._on, on_wheel = self._variants("vehicle.", "contact.")
-        self._rough, rough = self._variants("irregularity.")
-        self._under, under = self._variants("track.")
+        (on_wheel, self._on), (rough, self._rough), (under, self._under) = (
+            value.variants([path for path in changed if path.startswith(starts)])
+            for starts in ((*VEHICLE, "track.") if DECK in scenario.needs else VEHICLE, "irregularity.", "track.")
+        )
         kinds = [on_wheels(scenario.replaced(changes)) for changes in on_wheel]
         self.vehicles = [kinds[kind] for kind in self._on]
         self._path_of, self._paths, self._path_notes, self._waves = self._lowered_paths(on_wheel, rough)
@@ -81,24 +75,15 @@ class CellsOnRails:
         self._tracks = self._lowered_tracks(under)
         self.tasks = list(self._made_tasks())
 
-    def _variants(self, *starts: str) -> tuple[IntArray, list[dict[str, Any]]]:
-        """Return for each cell the number of its values of some fields, and these values."""
-        paths = [path for path in self.changed if path.startswith(starts)]
-        if not paths:
-            return np.zeros(self.cells, dtype=np.int64), [{}]
-        columns = np.column_stack([self.changed[path] for path in paths])
-        found, owner = np.unique(columns, axis=0, return_inverse=True)
-        return owner.ravel(), [dict(zip(paths, row.tolist(), strict=True)) for row in found]
-
     def _lowered_paths(
-        self, on_wheel: list[dict[str, Any]], rough: list[dict[str, Any]]
+        self, on_wheel: list[dict[str, float]], rough: list[dict[str, float]]
     ) -> tuple[IntArray, list[list[PathTable]], list[list[Any]], FloatArray]:
         """Return the number of each cell's paths, all paths, the notes on them, and their shortest waves, m."""
         numbers: dict[tuple[Any, ...], int] = {}
         owner = np.empty(self.cells, dtype=np.int64)
         for cell, (kind, shape, vehicle) in enumerate(zip(self._on, self._rough, self.vehicles, strict=True)):
             wheelsets = vehicle.plane.wheelsets
-            follows = any(ellipse.factor_function(self.scenario.contact, wheelset) for wheelset in wheelsets[:1])
+            follows = ellipse.factor_function(self.scenario.contact, wheelsets[0]) is not None
             radii = tuple(wheelset.radius for wheelset in wheelsets)
             key = shape, radii, vehicle.plane.positions, kind if follows else None
             owner[cell] = numbers.setdefault(key, len(numbers))
@@ -117,7 +102,7 @@ class CellsOnRails:
             waves[number] = shortest_wave(shaped, plane) or np.inf
         return owner, paths, notes, waves
 
-    def _lowered_tracks(self, under: list[dict[str, Any]]) -> list[UnderWheels]:
+    def _lowered_tracks(self, under: list[dict[str, float]]) -> list[UnderWheels]:
         """Return the track of each cell."""
         scenarios = [self.scenario.replaced(changes) for changes in under]
         made: dict[tuple[int, float], UnderWheels] = {}
@@ -136,17 +121,16 @@ class CellsOnRails:
         return out
 
     def _made_tasks(self) -> Iterator[Task]:
-        method = GENERAL_METHODS[self.method]
         for cell, (vehicle, track) in enumerate(zip(self.vehicles, self._tracks, strict=True)):
-            system = system_of(vehicle, track, self._paths[self._path_of[cell]], float(self._speed[cell]))
-            yield Task(system, method, float(self._duration[cell]))
+            paths, speed, duration = self._paths[self._path_of[cell]], self._speed[cell], self._duration[cell]
+            yield task_of(self.scenario, vehicle, track, paths, float(speed), float(duration), self.method)
 
     def lowered(self, cell: int) -> LoweredOnRails:
         """Return one cell as if it were lowered alone, without notes."""
         vehicle, track = self.vehicles[cell], self._tracks[cell]
         return LoweredOnRails(
             self.tasks[cell], vehicle.plane, track.modes, track.seat, vehicle.static_force, vehicle.contact_constant,
-            (), self.rails, track.anomalies,
+            (), self.rails, vehicle.stops, track.anomalies,
         )  # fmt: skip
 
     def scenario_of(self, cell: int) -> Scenario:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 class Fields:
@@ -21,6 +22,14 @@ class Fields:
         self.scenario = scenario
         self.changed = dict(changed or {})
         self.cells = max((len(values) for values in self.changed.values()), default=1)
+
+    def variants(self, paths: Sequence[str]) -> tuple[list[dict[str, float]], IntArray]:
+        """Return the values that some changed fields have together, each once, and which of them each cell has."""
+        if not paths:
+            return [{}], np.zeros(self.cells, dtype=np.int64)
+        columns = np.column_stack([self.changed[path] for path in paths])
+        found, owner = np.unique(columns, axis=0, return_inverse=True)
+        return [dict(zip(paths, row, strict=True)) for row in found.tolist()], owner.ravel()
 
     def __call__(self, path: str) -> Any:
         """Return the number (or array) at a path such as "vehicle.mass"."""

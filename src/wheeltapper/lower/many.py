@@ -164,17 +164,11 @@ class LoweredCells:
         return np.broadcast_to(np.asarray(value("speed") * value("duration")) * rate + offset, value.cells)
 
     def _lowered_tables(self) -> tuple[list[_TabledScenario], IntArray, list[list[Note]]]:
-        value, scenario = self._field_value, self.scenario
-        if self._shaping:
-            columns = np.column_stack([self.changed[path] for path in self._shaping])
-            variants, owner = np.unique(columns, axis=0, return_inverse=True)
-            owner = owner.ravel()
-        else:
-            variants, owner = np.zeros((1, 0)), np.zeros(value.cells, dtype=np.int64)
+        scenario = self.scenario
+        variants, owner = self._field_value.variants(self._shaping)
         made, notes = list[_TabledScenario](), list[list[Note]]()
         for index, variant in enumerate(variants):
-            values = self._reference | dict(zip(self._shaping, variant.tolist(), strict=True))
-            held = Fields(scenario)
+            values, held = self._reference | variant, Fields(scenario)
             changes: dict[str, Any] = {path: value for path, value in values.items() if value != held(path)}
             shaped = scenario.replaced(changes) if changes else scenario
             end = float(self._run_ends[owner == index].max())

@@ -29,6 +29,8 @@ BEFORE = 2
 FACTOR_NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(5) / 4.0)
 """Places in an interval, from 0 to 1, at which the factor on the contact force is computed."""
 TO_FACTOR = np.linalg.inv(np.vander(FACTOR_NODES, increasing=True))
+SAMPLES = 4
+"""Usual number of samples of a mark per interval."""
 SEMI_AXIS = 2
 """Number of intervals per semi-axis of the patch. A cubic B-spline, four intervals wide, is then as wide as the patch
 is long."""
@@ -164,7 +166,7 @@ class MarkedPath:
             borders == base[owner, contract.START], base[owner, contract.JOIN], contract.SOFT
         )
         rows[:, contract.BEARS] = surface.onset
-        self._rows = rows
+        self._rows, self._base, self._owner = rows, base, owner
 
     def pieces_over(self, surface: Surface, law: FloatArray, unit: float, share: float) -> FloatArray:
         """Return the pieces over a given state of the surface.
@@ -200,6 +202,22 @@ class MarkedPath:
         rows[marked, contract.FACTOR : contract.FACTOR + len(FACTOR_NODES)] = factor @ TO_FACTOR.T
         rows[marked, contract.FACTOR_DEGREE] = len(FACTOR_NODES) - 1.0
         return rows
+
+    def shortened_pieces(self, surface: Surface, law: FloatArray, unit: float, share: float) -> FloatArray:
+        """Return the same pieces, but uncut where there are no marks."""
+        rows = self.pieces_over(surface, law, unit, share)
+        marked = np.any(rows != self._rows, axis=1)
+        begins = np.append(True, np.diff(self._owner) != 0) | marked | np.append(False, marked[:-1])
+        plain = ~marked
+        out, base = rows.copy(), self._base[self._owner[plain]]
+        out[plain] = 0.0
+        out[plain, : contract.PIECE_COLUMNS] = base
+        out[plain, contract.BEARS] = surface.onset
+        for column in (contract.START, contract.JOIN):
+            out[:, column] = rows[:, column]
+        kept = np.asarray(out[begins])
+        kept[:, contract.STOP] = np.append(kept[1:, contract.START], rows[-1, contract.STOP])
+        return kept
 
 
 def height_at(row: FloatArray, x: float) -> float:

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.contact.restitution import hysteresis_from_restitution
+from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.deck import FloatingDeck
+from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.lower import ellipse
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.first_order import first_order
@@ -102,6 +104,16 @@ def hysteresis_factor(value: Fields) -> Numbers:
         factor = first_order(np.vectorize(hysteresis_from_restitution, otypes=[float]), value("contact.restitution"))
         return np.asarray(factor / value("contact.impact_speed"))
     return np.asarray(value("contact.hysteresis") if contact.hysteresis is not None else 0.0)
+
+
+def contact_alone(scenario: Scenario, wheelset: Wheelset) -> Fields:
+    """Return the numbers of a wheelset's contact, as that of a wheelset by itself on a stiff track.
+
+    Of its suspension spring and damper alone are left: the rest is no matter of the contact.
+    """
+    kept = "mass", "load", "stiffness", "damping", "radius", "wheels", "gravity"
+    alone = Wheelset(**{name: getattr(wheelset, name) for name in kept})
+    return Fields(Scenario(vehicle=alone, contact=scenario.contact, speed=scenario.speed, duration=scenario.duration))
 
 
 def units_of(value: Fields) -> Units:

@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.track.supported import SupportedRail
-from wheeltapper.describe.vehicle.plane import PlaneVehicle
+from wheeltapper.describe.vehicle.kinks import Element
+from wheeltapper.describe.vehicle.plane import PlaneVehicle, end_name
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.memory import check_room
+from wheeltapper.ground.needs import YIELDING
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower import ellipse
 from wheeltapper.lower.build import path_table
-from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.known import check_known
-from wheeltapper.lower.numbers import METHODS, Method, hysteresis_factor, units_of
+from wheeltapper.lower.marks import SAMPLES, MarkedPath, Surface
+from wheeltapper.lower.numbers import METHODS, Method, contact_alone, hysteresis_factor, units_of
 from wheeltapper.lower.own_law import tabulated_law
+from wheeltapper.lower.plastic import patch_semi_axis, stretched_rows, virgin_pieces
 from wheeltapper.lower.plausible import implausible_notes
+from wheeltapper.lower.rail_memory import RailMemory
 from wheeltapper.lower.table import PathTable, blank_rows
 from wheeltapper.lower.track.anomalies import NONE, Anomalies, Void, anomalies_of, check_seats
 from wheeltapper.lower.track.irregular import IrregularModes
@@ -34,15 +41,26 @@ from wheeltapper.lower.track.section import section_of
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general.laws import switch
+from wheeltapper.march.general.laws.corners import STRETCH_BEGIN, STRETCH_FORCE, STRETCH_PLACE, STRETCH_SLOPE
+from wheeltapper.march.general.laws.plastic import PLASTIC_CONSTANT, PLASTIC_ONSET
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.tables import MOST_PHASES, longest_step
 
 FloatArray = NDArray[np.float64]
+DECK = "deck"
+"""Name of the freedom that is a deck."""
 GENERAL_METHODS = {"default": general.DEFAULT, "strict": general.STRICT}
+KINKED_STEP = 0.5
+"""Longest macro step of suspensions with kinks over that of others: what contacts feel of each other's kinks in a step
+is smoothed. On rails the track's modes make it short."""
 TABLE_BYTES = 50.0
 """Memory for each place in a bay, node and mode, while tables of single precision are made."""
 DOUBTFUL_TABLE = 1e-5
 """Error of a law's table from which on its note is a warning."""
+VIRGIN = Note(
+    'each wheel rolls over virgin rail; with rolling="point" wheels meet the marks of those before them', "virgin rail"
+)
+"""What several wheels that yield do where they roll as circles."""
 SUDDEN = Note(
     "the track is at rest under the wheels at t = 0, which then move at full speed: what follows in the first 0.1 s or "
     "so is also the answer to this start",
@@ -75,6 +93,8 @@ class LoweredOnRails:
         Units of the program in m and s.
     force
         Force of a wheelset for a force of one of the program, N: the number of rails.
+    stops
+        Of the dampers with play: the last contacts of the task but those of the plane's elements.
     paths
         Tables of the wheelsets' paths.
     """
@@ -87,6 +107,7 @@ class LoweredOnRails:
     contact_constant: float
     notes: tuple[Note, ...]
     force: float
+    stops: tuple[Stop, ...] = ()
     anomalies: Anomalies = NONE
     paths: tuple[PathTable, ...] = ()
     length: float = 1.0
@@ -101,17 +122,42 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
     way = float(scenario.speed * scenario.duration)
     recurring = checked_way(scenario, vehicle.plane, under, float(scenario.speed), way, method)
     tables, notes = paths_of(scenario, vehicle.plane, way, METHODS[method])
-    system = system_of(vehicle, under, tables, float(scenario.speed))
-    task = general.Task(system, GENERAL_METHODS[method], float(scenario.duration))
+    task = task_of(scenario, vehicle, under, tables, float(scenario.speed), float(scenario.duration), method)
     said = (*implausible_notes(scenario), *vehicle.notes, *notes)
     if under.reach is not None:
         said = (*said, *under.reach.notes, *recurring, *_excitation_note(scenario, vehicle.plane, under.reach))
     if under.modes is not None and scenario.speed > 0.0:
         said = (*said, SUDDEN)
+    if YIELDING in scenario.needs and len(tables) > 1 and task.memory is None:
+        said = (*said, VIRGIN)
     return LoweredOnRails(
         task, vehicle.plane, under.modes, under.seat, vehicle.static_force, vehicle.contact_constant, said,
-        float(vehicle.plane.rails), under.anomalies, tuple(tables),
+        float(vehicle.plane.rails), vehicle.stops, under.anomalies, tuple(tables),
     )  # fmt: skip
+
+
+class Stop(NamedTuple):
+    """A contact between a wheelset and the end of its damper, in which there is play.
+
+    Attributes
+    ----------
+    wheelset
+        Its number, from zero.
+    sides
+        Of the stops that this contact is: 1 for the upper one, -1 for the lower one.
+    law
+        Of one rail's part.
+    shape
+        What each freedom adds to what is pressed together, (freedoms,).
+    gap
+        To be closed before there is a force, m.
+    """
+
+    wheelset: int
+    sides: tuple[int, ...]
+    law: general.Law
+    shape: FloatArray
+    gap: float
 
 
 class OnWheels(NamedTuple):
@@ -123,33 +169,108 @@ class OnWheels(NamedTuple):
         The vehicle in the vertical plane.
     bodies, laws
         Of one of its equal rails.
+    stops
+        Of the dampers with play, wheelset by wheelset.
     static_force
         Of each wheelset, N.
     contact_constant
         Of the first wheelset, N/m^1.5, if linear N/m.
     notes
         On the laws.
+    contact
+        The contact as it is described.
     """
 
     plane: PlaneVehicle
     bodies: general.Bodies
     laws: tuple[general.Law, ...]
+    stops: tuple[Stop, ...]
     static_force: FloatArray
     contact_constant: float
     notes: tuple[Note, ...]
+    contact: Any
 
 
-def on_wheels(scenario: Scenario) -> OnWheels:
-    """Return the vehicle of a scenario, with its contact laws."""
-    plane = scenario.vehicle.plane
-    rails = float(plane.rails)
+def on_wheels(scenario: Scenario, usual: float | None = None) -> OnWheels:
+    """Return the vehicle of a scenario, with its contact laws and a deck below it.
+
+    `usual` is the static force, N, by which a contact yields that does not tell when; by default the largest one.
+    """
+    plane = plane_of(scenario)
+    rails, wheels = float(plane.rails), len(plane.wheelsets)
     forces = np.array([wheelset.weight for wheelset in plane.wheelsets])
-    laws = [law_of(scenario, wheelset, rails) for wheelset in plane.wheelsets]
-    shapes = np.eye(len(plane.freedoms), len(plane.wheelsets))
+    usual = float(forces.max()) if usual is None else usual
+    laws = [law_of(scenario, wheelset, rails, usual) for wheelset in plane.wheelsets]
+    shapes = np.eye(len(plane.freedoms), wheels)
+    if plane.freedoms[-1] == DECK:
+        shapes[-1] = -1.0
+    start = scenario.start
+    raised = np.empty((2, 0)) if isinstance(start, str) else np.tile([[start.displacement], [start.velocity]], wheels)
+    follows = np.array([[name in (f"wheelset {i + 1}", end_name(i)) for i in range(wheels)] for name in plane.freedoms])
     bodies = general.Bodies(
-        plane.mass / rails, plane.damping / rails, plane.stiffness / rails, shapes, shapes @ forces / rails
+        plane.mass / rails, plane.damping / rails, plane.stiffness / rails, shapes, shapes @ forces / rails, raised,
+        follows.astype(float),
+    )  # fmt: skip
+    return OnWheels(
+        plane, bodies, tuple(law for law, _, _ in laws), stops_of(plane), forces, laws[0][1], laws[0][2],
+        scenario.contact,
+    )  # fmt: skip
+
+
+def stops_of(plane: PlaneVehicle) -> tuple[Stop, ...]:
+    """Return the stops of all dampers with play."""
+    return tuple(stop for number in range(len(plane.wheelsets)) for stop in _stops(plane, number))
+
+
+def _stops(plane: PlaneVehicle, number: int) -> Iterator[Stop]:
+    """Return the stops of a wheelset's damper: two springs in a bush, or one damper that meets both."""
+    wheelset, rails = plane.wheelsets[number], float(plane.rails)
+    play, start = float(wheelset.damper_play), float(wheelset.damper_play_start)
+    if not play:
+        return
+    shape = np.zeros(len(plane.freedoms))
+    shape[number] = -1.0
+    if wheelset.bush_stiffness is None:
+        numbers = np.array([wheelset.damping / rails, play, start * play])
+        yield Stop(number, (1, -1), general.Law(switch.FREE_PLAY, numbers), shape, 0.0)
+        return
+    shape[plane.freedoms.index(end_name(number))] = 1.0
+    law = general.Law(switch.LINEAR_LAW, np.array([wheelset.bush_stiffness / rails]))
+    for side in (1, -1):
+        yield Stop(number, (side,), law, side * shape, play * (1.0 + side * start))
+
+
+def _law_and_shape(element: Element, plane: PlaneVehicle) -> tuple[general.Law, FloatArray]:
+    """Return the law of one rail's part of an element, and what each freedom adds to what it presses together."""
+    rails = float(plane.rails)
+    shape = np.pad(-element.compression, (0, len(plane.freedoms) - len(element.compression)))
+    if element.slider[0]:
+        return general.Law(switch.SLIDER, np.array(element.slider) / rails), shape
+    places, slopes = element.corners
+    rows = np.zeros((len(slopes), 4))
+    rows[:, STRETCH_BEGIN] = np.append(-np.inf, places)
+    rows[:, STRETCH_SLOPE] = slopes / rails
+    middle = int((places < 0.0).sum())
+    for stretch in [*range(middle + 1, len(rows)), *range(middle - 1, -1, -1)]:  # outwards from that at zero
+        corner = places[stretch - (stretch > middle)]
+        inner = rows[stretch + (1 if stretch < middle else -1)]
+        rows[stretch, STRETCH_PLACE] = corner
+        rows[stretch, STRETCH_FORCE] = inner[STRETCH_FORCE] + inner[STRETCH_SLOPE] * (corner - inner[STRETCH_PLACE])
+    kind = switch.CORNERED_DAMPER if element.by_rate else switch.CORNERED_SPRING
+    return general.Law(kind, np.array([float(len(rows))]), rows), shape
+
+
+def plane_of(scenario: Scenario) -> PlaneVehicle:
+    """Return the vehicle of a scenario in the vertical plane, with a deck below it as its last freedom."""
+    plane: PlaneVehicle = scenario.vehicle.plane
+    deck = scenario.track
+    if not isinstance(deck, FloatingDeck):
+        return plane
+    mass, damping, stiffness = (
+        block_diag(whole, getattr(deck, field))
+        for whole, field in ((plane.mass, "mass"), (plane.damping, "damping"), (plane.stiffness, "stiffness"))
     )
-    return OnWheels(plane, bodies, tuple(law for law, _, _ in laws), forces, laws[0][1], laws[0][2])
+    return plane._replace(freedoms=(*plane.freedoms, DECK), mass=mass, damping=damping, stiffness=stiffness)
 
 
 class UnderWheels(NamedTuple):
@@ -197,13 +318,80 @@ def checked_way(
 
 def system_of(vehicle: OnWheels, under: UnderWheels, tables: Sequence[PathTable], speed: float) -> general.System:
     """Return a vehicle on its paths and its track as the march takes it."""
-    modes, contacts = under.modes, contacts_of(tables, vehicle, under.seat)
+    modes, contacts, bodies = under.modes, contacts_of(tables, vehicle, under.seat), vehicle.bodies
     ring = None if modes is None else modes.ring
-    if not isinstance(modes, IrregularModes):
-        return general.System(vehicle.bodies, contacts, speed, ring)
-    ports = tuple(_port(modes, void) for void in under.anomalies.voids)
-    bodies = vehicle.bodies._replace(shapes=np.pad(vehicle.bodies.shapes, ((0, 0), (0, len(ports)))))
-    return general.System(bodies if ports else vehicle.bodies, contacts + ports, speed, ring)
+    if isinstance(modes, IrregularModes):
+        contacts += tuple(_port(modes, void) for void in under.anomalies.voids)
+    between = [(stop.law, stop.shape, stop.gap) for stop in vehicle.stops]
+    between += [(*_law_and_shape(element, vehicle.plane), 0.0) for element in vehicle.plane.elements]
+    if between or len(contacts) > len(vehicle.laws):
+        shapes = np.pad(bodies.shapes, ((0, 0), (0, len(contacts) - len(vehicle.laws))))
+        bodies = bodies._replace(shapes=np.column_stack([shapes, *(shape for _, shape, _ in between)]))
+    nowhere = np.zeros(0 if ring is None else len(ring.rates), dtype=complex)
+    stay = tuple(_stayed(law, general.Port(nowhere, nowhere, gap)) for law, _, gap in between)
+    return general.System(bodies, contacts + stay, speed, ring)
+
+
+def _stayed(law: general.Law, port: general.Port) -> general.Contact:
+    """Return a contact that stays where it is."""
+    level = blank_rows(1)
+    level[0, [contract.START, contract.STOP]] = -np.inf, np.inf
+    return general.Contact(level, law, loop=1, port=port)
+
+
+def task_of(
+    scenario: Scenario, vehicle: OnWheels, under: UnderWheels, tables: Sequence[PathTable], speed: float,
+    duration: float, method: str,
+) -> general.Task:  # fmt: skip
+    """Return a vehicle on its paths and its track for some time, with what its rail remembers."""
+    system, how = system_of(vehicle, under, tables, speed), GENERAL_METHODS[method]
+    if vehicle.plane.elements and system.ring is None:
+        how = how._replace(step=KINKED_STEP * how.step)
+    yields = isinstance(vehicle.contact, ElasticPlastic)
+    if not (yields and len(tables) > 1 and scenario.rolling == "point" and speed > 0.0):
+        return general.Task(system, how, duration)
+    memory = memory_of(vehicle, tables, virgin_rail(vehicle, speed * duration), speed * duration)
+    return general.Task(remembering(system, memory), how, duration, memory)
+
+
+def remembering(system: general.System, memory: RailMemory) -> general.System:
+    """Return a system whose wheels stand where a memory has them, on its surface as it was before."""
+    wheels = [
+        one._replace(pieces=pieces, start=start, loop=len(pieces))
+        for one, pieces, start in zip(system.wheels, memory.begin().pieces(), memory.offsets, strict=True)
+    ]
+    return system._replace(contacts=(*wheels, *system.contacts[len(wheels) :]))
+
+
+def virgin_rail(vehicle: OnWheels, way: float, per_interval: int = SAMPLES, extent: float = 0.0) -> Surface:
+    """Return the surface of a rail for a vehicle, or longer ones, that go so far, m."""
+    plane, onsets = vehicle.plane, [float(law.numbers[PLASTIC_ONSET - 1]) for law in vehicle.laws]
+    semi_axis = patch_semi_axis(vehicle.contact, plane.wheelsets[0], float(vehicle.static_force[0]))
+    leading = onsets[int(np.argmax(plane.positions))]
+    return Surface.virgin_surface(max(plane.extent, extent) + way, semi_axis, leading, per_interval)
+
+
+def memory_of(
+    vehicle: OnWheels, tables: Sequence[PathTable], before: Surface, way: float, hardening: float = 1.0,
+    start: float | None = None,
+) -> RailMemory:  # fmt: skip
+    """Return what a rail remembers of a vehicle's wheels that go so far, m.
+
+    Without tables of the wheels' paths it tells what is left, but no new paths. The surface begins at x = `start`, by
+    default under the last wheel.
+    """
+    plane, contact = vehicle.plane, vehicle.contact
+    numbers = np.array([law.numbers for law in vehicle.laws])
+    onsets = numbers[:, PLASTIC_ONSET - 1]
+    forces = numbers[:, PLASTIC_CONSTANT - 1] * onsets**1.5 * plane.rails
+    offsets = (np.array(plane.positions) - (min(plane.positions) if start is None else start)).tolist()
+    marked = tuple(
+        MarkedPath(table.moved(offset), before, offset + way) for table, offset in zip(tables, offsets, strict=False)
+    )  # fmt: skip
+    return RailMemory(
+        vehicle.laws[0].table, tuple(onsets.tolist()), tuple(forces.tolist()), tuple(offsets), contact.share_of_rail,
+        hardening, before, marked, way,
+    )  # fmt: skip
 
 
 def shortest_wave(scenario: Scenario, plane: PlaneVehicle) -> float | None:
@@ -222,15 +410,13 @@ def _excitation_note(scenario: Scenario, plane: PlaneVehicle, reach: Reach) -> t
 def _port(modes: IrregularModes, void: Void) -> general.Contact:
     """Return the contact between a sleeper and the ballast below a void; its force presses the sleeper up."""
     place = void.seat % len(modes.sleeper)
-    level = blank_rows(1)
-    level[0, [contract.START, contract.STOP]] = -np.inf, np.inf
     law = general.Law(switch.LINEAR_LAW, np.array([void.stiffness]))
     if void.damping > 0.0:
         law = general.Law(switch.KELVIN, np.array([void.stiffness, void.damping]))
     port = general.Port(
         -modes.sleeper[place], -modes.sleeper_drive[place], void.gap, float(modes.sleeper_residual[place])
     )
-    return general.Contact(level, law, loop=1, port=port)
+    return _stayed(law, port)
 
 
 def check_speed(speed: float, track: SupportedRail, ring: Ring, method: general.Method, way: float = 0.0) -> None:
@@ -249,7 +435,10 @@ def check_speed(speed: float, track: SupportedRail, ring: Ring, method: general.
     found = f"{speed:g} m/s on rails, with tables for {places:.3g} places in a bay"
     if places > MOST_PHASES:
         slowest = 1.01 * speed * places / MOST_PHASES
-        raise InputError("", "speed", found, f"0 m/s, or at least {slowest:.2g} m/s")
+        allowed = (
+            f"0 m/s, or at least {slowest:.2g} m/s, where {MOST_PHASES} places, whose tables fit in memory, will do"
+        )
+        raise InputError("", "speed", found, allowed)
     bays = min(float(ring.seats), way / track.spacing + 1.0)  # whose tables differ
     needed = bays * places * method.nodes * len(ring.rates) * TABLE_BYTES * (1.0 if method.single else 2.0)
     check_room("speed", found, needed, lambda share: f"0 m/s, or at least {speed / share:.2g} m/s")
@@ -265,7 +454,7 @@ def paths_of(
         courses = [item.course(wheelset.radius).moved(-position) for item in items]
         factor = ellipse.factor_function(scenario.contact, wheelset)
         table, said = path_table(courses, end, method, scenario.rolling, wheelset.radius, factor)
-        out.append(table)
+        out.append(table.going_on())
         several = f"wheelset {number}, x from {position:g} m: " if len(plane.wheelsets) > 1 else ""
         notes += [note.reworded(f"{several}{note}") for note in said]
     return out, notes
@@ -274,12 +463,19 @@ def paths_of(
 def contacts_of(tables: Sequence[PathTable], vehicle: OnWheels, seat: float) -> tuple[general.Contact, ...]:
     """Return the contacts of all wheelsets on their paths; the march counts from a seat."""
     return tuple(
-        general.Contact(table.rows, law, position - seat, 0.0, table.loop, table.loop_join)
+        general.Contact(_surfaced(table.rows, law), law, position - seat, 0.0, table.loop, table.loop_join)
         for table, law, position in zip(tables, vehicle.laws, vehicle.plane.positions, strict=True)
     )
 
 
-def law_of(scenario: Scenario, wheelset: Wheelset, rails: float) -> tuple[general.Law, float, tuple[Note, ...]]:
+def _surfaced(pieces: FloatArray, law: general.Law) -> FloatArray:
+    """Return the pieces of a path with what the law must know of the surface."""
+    return virgin_pieces(pieces, float(law.numbers[PLASTIC_ONSET - 1])) if law.kind == switch.PLASTIC else pieces
+
+
+def law_of(
+    scenario: Scenario, wheelset: Wheelset, rails: float, usual: float | None = None
+) -> tuple[general.Law, float, tuple[Note, ...]]:
     """Return the law of one rail's part of a wheelset's contact, the wheelset's constant, and notes on the law."""
     contact = scenario.contact
     if isinstance(contact, Law):
@@ -287,10 +483,15 @@ def law_of(scenario: Scenario, wheelset: Wheelset, rails: float) -> tuple[genera
         text = f"the table of the contact's law differs from the function by at most {table.error:.2g} of its force"
         note = Note(text, "own law", table.error, doubtful=table.error > DOUBTFUL_TABLE)
         return law, table.constant, (note,)
-    alone = Fields(Scenario(vehicle=wheelset, contact=contact, speed=scenario.speed, duration=scenario.duration))
+    alone = contact_alone(scenario, wheelset)
     constant = float(units_of(alone).contact_constant)
     if isinstance(contact, Linear):
-        return general.Law(switch.LINEAR_LAW, np.array([constant / rails])), constant, ()
+        kind = switch.TWO_SIDED if contact.bilateral else switch.LINEAR_LAW
+        return general.Law(kind, np.array([constant / rails])), constant, ()
+    if isinstance(contact, ElasticPlastic):
+        onset = contact.yield_indentation(constant, wheelset.wheels, wheelset.weight if usual is None else usual)
+        rows = stretched_rows(contact)
+        return general.Law(switch.PLASTIC, np.array([constant / rails, onset, 0.0, len(rows)]), rows), constant, ()
     loss = float(hysteresis_factor(alone))
     if loss:
         return general.Law(switch.HUNT_CROSSLEY, np.array([constant / rails, loss])), constant, ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from math import log2
 from typing import NamedTuple
 
 import numpy as np
@@ -17,10 +18,15 @@ from wheeltapper.march.general.laws import switch
 FloatArray = NDArray[np.float64]
 FASTEST = 5.0
 """Largest rate of the indentation that a table knows, m/s."""
-CELLS, BANDS = (1, 2, 4, 8, 16, 32, 64, 128), (1, 2, 4, 8, 16, 32)
-"""Numbers of cells in v and in the rate that are tried."""
-TERMS, RATE_TERMS = 10, 6
-"""Of a cell's polynomial, in v and in the rate."""
+TERMS, SEVERAL = (1, 2, 3, 5, 7, 10), 6
+"""Of a cell's polynomial, in v or in the rate: numbers that are tried, fewest first, and that with several cells, of
+which each evaluation reads one."""
+MOST_ALONG, MOST_CELLS = 256, 2048
+"""Most cells in v or in the rate, and of a table."""
+CHECKS = TERMS[-1] + 3
+"""Places along a cell at which its polynomial is compared with the function."""
+SLICES = 7
+"""Values of one variable at which the table's cells in the other one are chosen."""
 EXACT, USABLE = 1e-10, 1e-3
 """Error of a table over the function's size below which it is not refined, and beyond which it is refused."""
 NEAR = 1e-6
@@ -67,14 +73,15 @@ def law_table(law: Law) -> LawTable:
         If the force does not grow as δ^exponent near zero, or no table comes near it.
     """
     _check_exponent(law)
-    bands, terms = (BANDS, RATE_TERMS) if law.takes_rate else ((1,), 1)
+    cells, terms = _along(law, False)
+    bands, rate_terms = _along(law, True) if law.takes_rate else (1, 1)
     best: LawTable | None = None
-    for count in zip(CELLS, (*bands, *[bands[-1]] * len(CELLS)), strict=False):
-        found = _fitted(law, *count, terms)
+    while True:
+        found = _fitted(law, cells, bands, terms, rate_terms)
         best = found if best is None or found.error < best.error else best
-        if best.error <= EXACT:
+        if best.error <= EXACT or 4 * cells * bands > MOST_CELLS:
             break
-    assert best is not None
+        cells, bands = 2 * cells, 2 * bands if law.takes_rate else 1
     if best.error > USABLE:
         found_text = f"a function that its table misses by {best.error:.2g} of the force"
         raise InputError("contact", "force", found_text, "one that is smooth between 0 and `largest`")
@@ -92,25 +99,53 @@ def _check_exponent(law: Law) -> None:
         )  # fmt: skip
 
 
-def _fitted(law: Law, cells: int, bands: int, terms: int) -> LawTable:
-    """Return a table with some cells and bands."""
-    slowest, width = (-FASTEST, 2.0 * FASTEST / bands) if terms > 1 else (0.0, 1.0)
-    inner, across = (0.5 + 0.5 * chebyshev.chebpts1(n) for n in (TERMS, terms))
-    check, beside = (0.5 + 0.5 * chebyshev.chebpts1(n) for n in (TERMS + 3, terms + 3 if terms > 1 else 1))
-    to_powers = np.linalg.inv(inner[:, None] ** np.arange(TERMS))
-    rate_powers = np.linalg.inv(across[:, None] ** np.arange(terms))
+def _along(law: Law, by_rate: bool) -> tuple[int, int]:
+    """Return the fewest cells and terms in v, or in the rate, that are exact at some values of the other variable."""
+    across, check = 0.5 + 0.5 * chebyshev.chebpts1(SLICES), chebyshev.chebpts1(CHECKS)
+    cells, terms = 1, 1
+    for cells, terms in [(1, one) for one in TERMS] + [(2**k, SEVERAL) for k in range(1, int(log2(MOST_ALONG)) + 1)]:
+        inner, error = chebyshev.chebpts1(terms), 0.0
+        for cell in range(cells):
+            values, exact = (
+                _slices(law, (cell + 0.5 + 0.5 * places) / cells, across, by_rate) for places in (inner, check)
+            )
+            found = _powers(check, terms) @ np.linalg.solve(_powers(inner, terms), values)
+            error = max(error, float(np.abs(found - exact).max() / np.abs(exact).max()))
+        if error <= EXACT:
+            break
+    return cells, terms
+
+
+def _powers(places: FloatArray, terms: int) -> FloatArray:
+    return np.asarray(places[:, None] ** np.arange(terms))
+
+
+def _slices(law: Law, along: FloatArray, across: FloatArray, by_rate: bool) -> FloatArray:
+    """Return N/δ^e at parts of the table's extent in v, or in the rate, and parts of the other one's."""
+    v, rate = (across, along) if by_rate else (along, across)
+    shares = _shares(law, v, FASTEST * (2.0 * rate - 1.0) if law.takes_rate else np.zeros(1))
+    return shares.T if by_rate else shares
+
+
+def _fitted(law: Law, cells: int, bands: int, terms: int, rate_terms: int) -> LawTable:
+    """Return a table with some cells and bands, and polynomials of some terms."""
+    slowest, width = (-FASTEST, 2.0 * FASTEST / bands) if law.takes_rate else (0.0, 1.0)
+    inner, across = (chebyshev.chebpts1(n) for n in (terms, rate_terms))
+    check, beside = (chebyshev.chebpts1(n) for n in (CHECKS, CHECKS if law.takes_rate else 1))
+    to_powers, rate_powers = (np.linalg.inv(_powers(one, len(one))) for one in (inner, across))
     rows, error = [], 0.0
     for band in range(bands):
         for cell in range(cells):
-            values = _shares(law, (cell + inner) / cells, slowest + width * (band + across))
+            values, exact = (
+                _shares(law, (cell + 0.5 + 0.5 * v) / cells, slowest + width * (band + 0.5 + 0.5 * rate))
+                for v, rate in ((inner, across), (check, beside))
+            )
             rows.append(to_powers @ values @ rate_powers.T)
-            exact = _shares(law, (cell + check) / cells, slowest + width * (band + beside))
-            found = check[:, None] ** np.arange(TERMS) @ rows[-1] @ (beside[:, None] ** np.arange(terms)).T
+            found = _powers(check, terms) @ rows[-1] @ _powers(beside, rate_terms).T
             error = max(error, float(np.abs(found - exact).max() / np.abs(exact).max()))
-    at_rest = rows[(bands // 2) * cells][0] if terms > 1 else rows[0][0]
-    centre = (0.0 - slowest) / width - bands // 2 if terms > 1 else 0.0
-    constant = float(at_rest @ centre ** np.arange(terms))
-    shape = cells, TERMS, slowest, width, bands, terms
+    centre = 2.0 * (-slowest / width - bands // 2) - 1.0
+    constant = float(_powers(-np.ones(1), terms)[0] @ rows[bands // 2 * cells] @ centre ** np.arange(rate_terms))
+    shape = cells, terms, slowest, width, bands, rate_terms
     return LawTable(np.array([row.ravel() for row in rows]), shape, error, constant)
 
 

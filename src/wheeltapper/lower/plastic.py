@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -69,6 +70,28 @@ def law_rows(contact: ElasticPlastic, yield_indentation: float) -> FloatArray:
             middle = np.sqrt(start * end)
             pieces += [(middle, end), (start, middle)]
     return np.array(rows)
+
+
+@lru_cache(maxsize=16)
+def stretched_rows(contact: ElasticPlastic) -> FloatArray:
+    """Return the pieces of a law with the number of its borders up to each, for the general march.
+
+    Lengths are over δ_Y, and forces over N_Y.
+    """
+    rows = law_rows(contact, 1.0)
+    borders = np.array([b for b in contact.borders if b < LARGEST])
+    stretch = 1.0 + np.searchsorted(borders * (1.0 - 1e-12), rows[:, contract.LAW_START], side="right")
+    out = np.column_stack([rows, stretch])
+    out.setflags(write=False)  # it is kept
+    return out
+
+
+def virgin_pieces(pieces: FloatArray, onset: float) -> FloatArray:
+    """Return the pieces of a path over a surface that yields at an indentation, m, and that no wheel has pressed."""
+    out = np.zeros((len(pieces), contract.MARKED_COLUMNS))
+    out[:, : contract.PIECE_COLUMNS] = pieces
+    out[:, contract.BEARS] = onset
+    return out
 
 
 def loading_force(law: FloatArray, depth: FloatArray) -> FloatArray:
@@ -187,9 +210,7 @@ def yielding_program(
     static = float(loading_force(law, np.asarray(static_depth(law, stiffness, 0.0))))
     if numbers[contract.DECK_MASS] > 0.0:
         numbers[contract.PRESTRESS] = static
-    marked = np.zeros((len(elastic.pieces), contract.MARKED_COLUMNS))
-    marked[:, : contract.PIECE_COLUMNS] = elastic.pieces
-    marked[:, contract.BEARS] = onset
+    marked = virgin_pieces(elastic.pieces, onset)
     if scenario.start == "equilibrium":
         at_start = height / length
         depth = static_depth(law, stiffness, at_start)

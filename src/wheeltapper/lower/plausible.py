@@ -15,6 +15,7 @@ from wheeltapper.describe.irregularity.combination import Repeated
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.ground.notes import Note, Shared
 from wheeltapper.ground.quantities import UNITS, si_unit
 
@@ -51,6 +52,23 @@ ELASTIC = {
 }
 STRENGTH = Usual("pressure", "MPa", (300, 4000), 10, 1e5)
 INERTIA = Usual("moment of inertia", "kg m^2", (50, 3e6), 0.1, 1e9)
+SUSPENSION = {
+    "stiffness": Usual("stiffness", "MN/m", (0.1, 100), 1e-4, 1000),
+    "damping": Usual("damping", "kN s/m", (1, 100), 1e-3, 1e4),
+    "friction": Usual("force", "kN", (0.5, 50), 1e-3, 1000),
+    "friction_stiffness": Usual("stiffness", "MN/m", (0.5, 100), 1e-4, 1e5),
+    "bumpstop_gap": Usual("length", "mm", (5, 60), 0.01, 500),
+    "rebound_gap": Usual("length", "mm", (5, 60), 0.01, 500),
+    "bumpstop_stiffness": Usual("stiffness", "MN/m", (0.5, 100), 1e-4, 1e5),
+    "blow_off_force": Usual("force", "kN", (1, 50), 1e-3, 1000),
+    "blow_off_damping": Usual("damping", "kN s/m", (0.1, 50), 1e-4, 1e4),
+}
+WHEEL_RADIUS = Usual("length", "m", (0.3, 0.65), 0.02, 2)
+SEATS = {
+    "spacing": Usual("length", "m", (0.5, 0.8), 0.05, 10),
+    "pad_stiffness": Usual("stiffness", "MN/m", (20, 2000), 0.1, 1e5),
+    "pad_damping": Usual("damping", "kN s/m", (5, 100), 1e-3, 1e4),
+}
 
 USUAL: dict[str, dict[str, Usual]] = {
     "Scenario": {
@@ -61,12 +79,10 @@ USUAL: dict[str, dict[str, Usual]] = {
         "displacement": Usual("length", "mm", (0.1, 5), 0.0, 100),
         "velocity": Usual("speed", "m/s", (0.01, 2), 0.0, 20),
     },
-    "Wheelset": {
+    "Wheelset": SUSPENSION | {
         "mass": Usual("mass", "kg", (500, 3000), 5, 1e5),
         "load": Usual("force", "kN", (10, 300), 0.1, 2000),
-        "stiffness": Usual("stiffness", "MN/m", (0.1, 100), 1e-4, 1000),
-        "damping": Usual("damping", "kN s/m", (1, 100), 1e-3, 1e4),
-        "radius": Usual("length", "m", (0.3, 0.65), 0.02, 2),
+        "radius": WHEEL_RADIUS,
         "gravity": Usual("acceleration", "m/s^2", (9.7, 9.9), 0.1, 100),
         "damper_play": Usual("length", "mm", (0.01, 5), 0.0, 50),
         "bush_stiffness": Usual("stiffness", "MN/m", (0.1, 100), 1e-4, 1e5),
@@ -77,6 +93,19 @@ USUAL: dict[str, dict[str, Usual]] = {
         "damping": Usual("damping", "kN s/m", (1, 1000), 1e-3, 1e6),
         "length": Usual("length", "m", (0.5, 50), 0.01, 1e5),
     },
+    "Slab": SEATS,
+    "Ballasted": SEATS | {
+        "sleeper_mass": Usual("mass", "kg", (30, 250), 1, 1e4),
+        "ballast_stiffness": Usual("stiffness", "MN/m", (20, 500), 0.1, 1e5),
+        "ballast_damping": Usual("damping", "kN s/m", (5, 500), 1e-3, 1e4),
+    },
+    "Rail": {
+        "bending_stiffness": Usual("bending stiffness", "MN m^2", (1, 10), 1e-4, 1e3),
+        "shear_stiffness": Usual("force", "MN", (50, 500), 0.1, 1e5),
+        "mass_per_length": Usual("mass per length", "kg/m", (20, 80), 0.5, 1000),
+        "foot_distance": Usual("length", "mm", (50, 100), 1, 1000),
+    },
+    "HangingSleeper": {"void": Usual("length", "mm", (0.1, 5), 0.0, 50)},
     "Linear": {"stiffness": Usual("stiffness", "MN/m", (500, 5000), 0.1, 1e6)},
     "Hertz": ELASTIC | {
         "impact_speed": Usual("speed", "m/s", (0.01, 1), 0.0, 20),
@@ -114,7 +143,15 @@ USUAL: dict[str, dict[str, Usual]] = {
         "inertia": INERTIA,
         "position": Usual("length", "m", (1, 30), 0.0, 500),
         "load": Usual("force", "kN", (10, 300), 0.1, 2000),
-        "radius": Usual("length", "m", (0.3, 0.65), 0.02, 2),
+        "radius": WHEEL_RADIUS,
+    },
+    "Bogie": {f"{level}_{name}": usual for level in ("primary", "secondary") for name, usual in SUSPENSION.items()} | {
+        "wheelset_mass": Usual("mass", "kg", (500, 3000), 5, 1e5),
+        "frame_mass": Usual("mass", "kg", (500, 1e4), 5, 1e6),
+        "pitch_inertia": INERTIA,
+        "wheelbase": Usual("length", "m", (1, 4), 0.1, 50),
+        "wheel_load": Usual("force", "kN", (10, 300), 0.1, 2000),
+        "radius": WHEEL_RADIUS,
     },
     "Spring": {
         "stiffness": Usual("stiffness", "MN/m", (0.01, 100), 1e-6, 1e6),
@@ -122,8 +159,14 @@ USUAL: dict[str, dict[str, Usual]] = {
     },
     "Damper": {
         "damping": Usual("damping", "kN s/m", (1, 1000), 1e-3, 1e6),
+        "force": Usual("force", "kN", (0.1, 100), 1e-3, 1e5),
         "series_stiffness": Usual("stiffness", "MN/m", (0.1, 100), 1e-4, 1e6),
         "free_play": Usual("length", "mm", (0.01, 5), 0.0, 100),
+    },
+    "Friction": {
+        "force": Usual("force", "kN", (0.1, 100), 1e-3, 1e5),
+        "static_force": Usual("force", "kN", (0.1, 100), 1e-3, 1e5),
+        "series_stiffness": Usual("stiffness", "MN/m", (0.1, 100), 1e-4, 1e6),
     },
     "Stop": {
         "deflection": Usual("length", "mm", (1, 100), 0.0, 1000),
@@ -145,21 +188,12 @@ def implausible_notes(scenario: Scenario) -> tuple[Note, ...]:
 
 
 def implausible_cells(scenario: Scenario, changed: Mapping[str, FloatArray], cells: int) -> tuple[Shared, ...]:
-    """Return the same notes for many cells of a scenario: of a field that differs between cells, for its worst value.
-
-    Parameters
-    ----------
-    scenario
-        The scenario that all cells share.
-    changed
-        By path, one number per cell in SI units.
-    cells
-        Number of cells.
-    """
-    held = {re.sub(r"\.\d+$", "", path): path for path in changed}  # of several numbers in a field, each is judged
-    notes = [Shared(note, cells) for note in implausible_notes(scenario) if note.cause not in map(_cause_text, held)]
+    """Return the same notes for some cells of a scenario: of a field that is `changed`, for its worst value."""
+    fields = {path: re.sub(r"\.\d+$", "", path) for path in changed}  # of several numbers in a field, each is judged
+    varied = {_cause_text(name) for name in fields.values()}
+    notes = [Shared(note, cells) for note in implausible_notes(scenario) if note.cause not in varied]
     nouns = dict(_judged_nouns(scenario))
-    for name, path in held.items():
+    for path, name in fields.items():
         where, _, field = name.rpartition(".")
         usual = USUAL.get(type(nouns.get(where)).__name__, {}).get(field)
         if usual is None:
@@ -179,7 +213,13 @@ def _judged_nouns(scenario: Scenario) -> Iterator[tuple[str, Noun]]:
     for part in ("bodies", "axles", "elements"):
         for i, noun in enumerate(getattr(scenario.vehicle, part, ())):
             yield f"vehicle.{part}.{getattr(noun, 'name', f'wheelset {i + 1}')}", noun
+    for i, wheelset in enumerate(getattr(scenario.vehicle, "wheelsets", ())):
+        yield f"vehicle.wheelsets.{i}", wheelset
     yield "track", scenario.track
+    if isinstance(scenario.track, SupportedRail):
+        yield "track.rail", scenario.track.rail
+        for i, anomaly in enumerate(scenario.track.anomalies):
+            yield f"track.anomalies.{i}", anomaly
     yield "contact", scenario.contact
     places = scenario.irregularity if isinstance(scenario.irregularity, Placement) else {"": scenario.irregularity}
     for place, items in places.items():

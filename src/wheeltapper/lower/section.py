@@ -200,10 +200,8 @@ class Section:
         shaping = [path for path in changed if path.startswith("irregularity.") or path == "vehicle.radius"]
         if not shaping:
             return np.full(count, self.length)
-        columns = np.column_stack([changed[path] for path in shaping])
-        variants, owner = np.unique(columns, axis=0, return_inverse=True)
-        shaped = (self.scenario.replaced(dict(zip(shaping, row, strict=True))) for row in variants.tolist())
-        return np.array([period_of(scenario) for scenario in shaped])[owner.ravel()]
+        variants, owner = Fields(self.scenario, changed).variants(shaping)
+        return np.array([period_of(self.scenario.replaced(variant)) for variant in variants])[owner]
 
 
 def moving_fields(scenario: Scenario) -> list[str]:

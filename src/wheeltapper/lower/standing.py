@@ -41,7 +41,7 @@ def unknown_states(
     spins = np.array([motion == "pitch" and body.startswith("wheelset ") for body, motion in layout.motions])
     chosen = np.where(spins, places + TO_RATE, places)
     inside = np.arange(layout.state_count, len(assembly.start))
-    used = inside[: int((assembly.element_inside[:, 0] >= 0).sum())]
+    used = inside[: int((assembly.element_inside >= 0).sum())]
     return np.concatenate([chosen[moving], used]), np.concatenate([places[moving] + TO_RATE, used])
 
 

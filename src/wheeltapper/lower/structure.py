@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.vehicle.body import MOTIONS
-from wheeltapper.describe.vehicle.element import GROUND, Damper, Element, Link, Spring, Stop
+from wheeltapper.describe.vehicle.element import GROUND, Damper, Element, Friction, Link, Spring, Stop
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
 
@@ -23,26 +23,43 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class SeriesDamper:
-    """A damper in series with a spring, in one direction: it extends by p, p' = f/c, with the force f of the spring.
+    """A damper in series with a spring, in one direction: it extends by p at the `rate` of the spring's `force`.
 
-    The deflection of the spring is `row`·q - p. Within half the free play to both sides the force is zero.
+    Both are corners, as of a `Characteristic`. The deflection of the spring is `row`·q - p. Within half the free play
+    to both sides the force is zero.
     """
 
     name: str
     row: FloatArray
-    damping: float
+    rate: FloatArray
+    force: FloatArray
     stiffness: float
     free_play: float = 0.0
 
 
 @dataclass(frozen=True)
 class Characteristic:
-    """A force that is piecewise linear in the deflection `row`·q, odd in it."""
+    """A force that is piecewise linear in the deflection `row`·q, or with `of_rate` in its rate `row`·q'.
+
+    Corners that begin with (0, 0) are those of an odd function.
+    """
 
     name: str
     row: FloatArray
     deflection: FloatArray
     force: FloatArray
+    of_rate: bool = False
+
+
+@dataclass(frozen=True)
+class Slider:
+    """Dry friction in the direction of `row`: its forces while it slides and where it begins to, and its spring."""
+
+    name: str
+    row: FloatArray
+    force: float
+    limit: float
+    stiffness: float | None
 
 
 @dataclass(frozen=True)
@@ -57,8 +74,8 @@ class Structure:
         (n,) masses and moments of inertia.
     damping, stiffness
         (n, n).
-    series, characteristics
-        Elements that are not linear in q and q'; they act against their row.
+    series, characteristics, sliders
+        Elements that are not linear in q and q'; they act against their row. Sliders with a spring stand first.
     ties
         (ties, n) rows; links keep `row`·q at zero.
     gravity
@@ -71,6 +88,7 @@ class Structure:
     stiffness: FloatArray
     series: tuple[SeriesDamper, ...]
     characteristics: tuple[Characteristic, ...]
+    sliders: tuple[Slider, ...]
     ties: FloatArray
     gravity: FloatArray
 
@@ -137,21 +155,29 @@ def structure_of(wagon: Wagon) -> Structure:
     places = _BodyPlaces(wagon)
     count = len(places.motions)
     stiffness, damping = np.zeros((count, count)), np.zeros((count, count))
-    series, characteristics, ties = [], [], [np.zeros((0, count))]
+    series, characteristics, sliders, ties = [], [], [], [np.zeros((0, count))]
     for element in wagon.elements:
         rows = places.deflection_rows(element)
         if isinstance(element, Spring):
             first, second = element.between
             turns = places.rotation_rows(first) - places.rotation_rows(second)
             stiffness += rows.T @ np.diag(element.stiffness) @ rows + turns.T @ np.diag(element.bending) @ turns
-        elif isinstance(element, Damper) and element.series_stiffness is None:
-            damping += rows.T @ np.diag(element.damping) @ rows
+        elif isinstance(element, Damper) and element.series_stiffness is not None:
+            for axis, row, slope in zip(AXES, rows, element.slopes, strict=True):
+                if slope > 0.0:
+                    stiff, name = element.series_stiffness, f"{element.name} {axis}"
+                    linear = ((0.0, stiff / slope), (0.0, stiff))  # a corner where the spring has given way by 1 m
+                    rate, force = map(np.array, (element.rate, element.force) if element.rate else linear)
+                    series.append(SeriesDamper(name, row, rate, force, stiff, element.free_play))
+        elif isinstance(element, Damper) and element.along is not None:
+            row = rows[AXES.index(element.along)]
+            law = np.array(element.rate), np.array(element.force)
+            characteristics.append(Characteristic(element.name, row, *law, of_rate=True))
         elif isinstance(element, Damper):
-            assert element.series_stiffness is not None
-            for axis, row, value in zip(AXES, rows, element.damping, strict=True):
-                if value > 0.0:
-                    name, stiff = f"{element.name} {axis}", element.series_stiffness
-                    series.append(SeriesDamper(name, row, value, stiff, element.free_play))
+            damping += rows.T @ np.diag(element.slopes) @ rows
+        elif isinstance(element, Friction):
+            row = rows[AXES.index(element.along)]
+            sliders.append(Slider(element.name, row, element.force, element.limit, element.series_stiffness))
         elif isinstance(element, Stop):
             row = rows[AXES.index(element.along)]
             characteristics.append(
@@ -161,12 +187,14 @@ def structure_of(wagon: Wagon) -> Structure:
             ties.append(rows[[AXES.index(axis) for axis in element.along]])
         else:
             what = f"a {type(element).__name__}, of which nothing is lowered"
-            raise InputError("", f"vehicle.elements.{element.name}", what, "Spring, Damper, Stop or Link")
+            raise InputError("", f"vehicle.elements.{element.name}", what, "Spring, Damper, Friction, Stop or Link")
     mass = places.motion_masses()
     upright = np.array([motion == "z" for _, motion in places.motions])
     weights = np.where(upright, -mass * wagon.gravity, 0.0)
     for name, axle in zip(places.wheelsets, wagon.axles, strict=True):
         weights -= axle.load * np.array([motion == (name, "z") for motion in places.motions])
+    sliders.sort(key=lambda slider: slider.stiffness is None)
     return Structure(
-        places.motions, mass, damping, stiffness, tuple(series), tuple(characteristics), np.vstack(ties), weights
-    )
+        places.motions, mass, damping, stiffness, tuple(series), tuple(characteristics), tuple(sliders),
+        np.vstack(ties), weights,
+    )  # fmt: skip

@@ -123,6 +123,12 @@ class PathTable:
             return 0.0
         return float(self.rows[-1, contract.STOP] - self.rows[self.loop, contract.START])
 
+    def moved(self, by: float) -> PathTable:
+        """Return the same path some way ahead, m."""
+        rows = self.rows.copy()
+        rows[:, [contract.START, contract.STOP, contract.CENTRE]] += by
+        return PathTable(rows, self.loop, self.loop_join)
+
     def _located_rows(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         x = np.asarray(x, dtype=float)
         if self.period:
@@ -150,6 +156,19 @@ class PathTable:
         """Return the derivative at x of the height (source COEFFICIENT) or of the factor, from those of the rows."""
         index = np.clip(np.searchsorted(self.rows[:, contract.START], x, side="right") - 1, 0, len(self.rows) - 1)
         return row_tangents(self.rows[index], bent[index], x, source)
+
+    def going_on(self) -> PathTable:
+        """Return a table that goes straight on where this one ends: a march by whole steps comes a little farther."""
+        if self.loop < len(self.rows) or np.isinf(self.rows[-1, contract.STOP]):
+            return self
+        last, more = self.rows[-1:], blank_rows(1)
+        end = last[:, contract.STOP]
+        more[:, contract.START], more[:, contract.STOP], more[:, contract.CENTRE] = end, np.inf, end
+        more[:, contract.DEGREE] = 1.0
+        more[:, contract.COEFFICIENT], more[:, contract.COEFFICIENT + 1] = row_values(last, end), row_slopes(last, end)
+        if last[0, contract.FACTOR_DEGREE] >= 0.0:
+            set_factor(more, _highest_powers(last, end, contract.FACTOR)[:, None])
+        return PathTable(np.vstack([self.rows, more]), len(self.rows) + 1, self.loop_join, self.origin)
 
     def kink_positions(self) -> FloatArray:
         """Return the positions in m of the kinks and jumps of the first round."""

@@ -13,16 +13,19 @@ from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.placement import Placement, parsed_place
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import DECK
 from wheeltapper.lower.bends import table_tangent, with_field
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.first_order import STEP, WEIGHTS
 from wheeltapper.lower.many import shapes_the_path
-from wheeltapper.lower.on_rails import LoweredOnRails, law_of
+from wheeltapper.lower.on_rails import LoweredOnRails, on_wheels
 from wheeltapper.march.general.contract import Bodies
 from wheeltapper.march.general.turned import SystemTurn
 
 FloatArray = NDArray[np.float64]
-OFFERED = "a field of the vehicle, the contact or the irregularity, the speed or the duration"
+MATRICES = "mass", "damping", "stiffness", "raised"
+"""What a field may change of the bodies."""
+OFFERED = "a field of the vehicle, a deck, the contact, the start or the irregularity, the speed or the duration"
 """With respect to what features of runs on rails are differentiated."""
 
 
@@ -36,10 +39,14 @@ def turn_along(scenario: Scenario, path: str, lowered: LoweredOnRails) -> System
     """
     _check(scenario, path)
     system = lowered.program.system
+    held = [getattr(system.bodies, name) for name in MATRICES]
     wheels = len(system.contacts)
-    by = _difference(scenario, path, lowered) if path.startswith(("vehicle.", "contact.")) else None
-    mass, damping, stiffness, static, laws = by or (*(0.0 * one for one in system.bodies[:3]), *np.zeros((2, wheels)))
-    bodies = Bodies(mass, damping, stiffness, 0.0 * system.bodies.shapes, system.bodies.shapes @ static)
+    changes = path.startswith(("vehicle.", "contact.", "start.", "track."))
+    mass, damping, stiffness, raised, static, laws = (
+        _difference(scenario, path, lowered) if changes else (*(0.0 * one for one in held), *np.zeros((2, wheels)))
+    )
+    shapes = system.bodies.shapes
+    bodies = Bodies(mass, damping, stiffness, 0.0 * shapes, shapes @ static, raised)
     paths = tuple(_bent(scenario, path, number, lowered) for number in range(1, wheels + 1))
     return SystemTurn(
         bodies, static, tuple(np.atleast_1d(laws[i]) for i in range(wheels)), paths, float(path == "speed")
@@ -50,7 +57,7 @@ def _check(scenario: Scenario, path: str) -> None:
     """Refuse fields that change what is not differentiated."""
     head, *rest = path.split(".")
     what = ""
-    if head == "track":
+    if head == "track" and DECK not in scenario.needs:
         what = "a field of the track, which changes its modes"
     elif head == "contact" and isinstance(scenario.contact, Law):
         what = "a field of a law of one's own, which changes its table"
@@ -63,24 +70,21 @@ def _check(scenario: Scenario, path: str) -> None:
 
 
 def _difference(scenario: Scenario, path: str, lowered: LoweredOnRails) -> tuple[FloatArray, ...]:
-    """Return derivatives of mass, damping, stiffness, static forces and laws of one rail's part of the vehicle."""
+    """Return derivatives of the bodies' matrices, static forces and laws of one rail's part of the vehicle."""
     held = float(Fields(scenario)(path))
     step, rails = STEP * abs(held) or 1.0, lowered.force
 
     def numbers_at(k: int) -> tuple[FloatArray, ...]:
-        near = with_field(scenario, path.split("."), held + k * step)
-        plane = near.vehicle.plane
-        weights = np.array([wheelset.weight for wheelset in plane.wheelsets])
-        laws = np.zeros((len(weights), 2))
-        for row, wheelset in zip(laws, plane.wheelsets, strict=True):
+        near = on_wheels(with_field(scenario, path.split("."), held + k * step))
+        laws = np.zeros((len(near.laws), 2))
+        for row, law in zip(laws, near.laws, strict=True):
             if not isinstance(scenario.contact, Law):
-                numbers = law_of(near, wheelset, rails)[0].numbers
-                row[: len(numbers)] = numbers
-        return plane.mass / rails, plane.damping / rails, plane.stiffness / rails, weights / rails, laws
+                row[: len(law.numbers)] = law.numbers
+        return *(getattr(near.bodies, name) for name in MATRICES), near.static_force / rails, laws
 
     near = {k: numbers_at(k) for k in (*WEIGHTS, *(-k for k in WEIGHTS))}
     return tuple(
-        np.asarray(sum(weight * (near[k][n] - near[-k][n]) for k, weight in WEIGHTS.items()) / step) for n in range(5)
+        np.asarray(sum(weight * (near[k][n] - near[-k][n]) for k, weight in WEIGHTS.items()) / step) for n in range(6)
     )
 
 

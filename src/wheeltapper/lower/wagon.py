@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,12 +32,15 @@ from wheeltapper.lower.patches import (
 )
 from wheeltapper.lower.plausible import implausible_notes
 from wheeltapper.lower.standing import level_assembly, normal_forces, standing_on, steady_state
-from wheeltapper.lower.structure import Structure, structure_of
+from wheeltapper.lower.structure import SeriesDamper, Structure, structure_of
 from wheeltapper.lower.table import PathTable
 from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
 from wheeltapper.march.columns import packed_columns
 from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
+
+if TYPE_CHECKING:
+    from wheeltapper.march.rails.march import OnRails
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -84,6 +87,8 @@ class LoweredWagon:
         What the user should know about the paths.
     length, time, force
         Units of the assembly in m, s and N.
+    below
+        Rails that give way; None on a stiff track.
     """
 
     assembly: Assembly
@@ -95,11 +100,12 @@ class LoweredWagon:
     length: float = 1.0
     time: float = 1.0
     force: float = 1.0
+    below: OnRails | None = None
 
     @property
-    def program(self) -> Assembly:
+    def program(self) -> Assembly | OnRails:
         """What is marched."""
-        return self.assembly
+        return self.assembly if self.below is None else self.below
 
 
 def static_loads(structure: Structure, wagon: Wagon) -> FloatArray:
@@ -166,45 +172,71 @@ def _sparse_columns(
     return np.array(spans, dtype=np.int64), np.array(index, dtype=np.int64), np.concatenate([np.zeros(0), *held])
 
 
-def _element_arrays(structure: Structure, layout: StateLayout) -> tuple[dict[str, Any], int]:
-    """Return the arrays of nonlinear and series elements, and the number of states inside the latter."""
-    spans, index, weight, corner_spans, corners, inside = [0], [], [], [0], [], []
-    count = 0
-    rows: list[tuple[FloatArray, FloatArray, FloatArray, float | None]]
-    rows = [(item.row, item.deflection, item.force, None) for item in structure.characteristics]
-    for item in structure.series:
-        half = 0.5 * item.free_play
-        loose = [0.0, half] if half > 0.0 else [0.0]
-        spring = np.array([*loose, half + 1.0]), np.array([*(0.0 for _ in loose), item.stiffness])
-        rows.append((item.row, *spring, item.damping))
-    for row, deflection, force, damping in rows:
+def _element_arrays(structure: Structure, layout: StateLayout, mobility: FloatArray) -> tuple[dict[str, Any], int]:
+    """Return the arrays of all elements that are not linear, and the number of states inside them."""
+    spans, index, weight, corner_spans = [0], list[int](), list[float](), [0]
+    corners, inside = list[FloatArray](), list[int]()
+    places, own = layout.displacement_places, layout.state_count
+    laws: list[tuple[FloatArray, bool, FloatArray | None]]
+    laws = [(item.row, item.of_rate, _both_sides(item.deflection, item.force)) for item in structure.characteristics]
+    laws += [(item.row, False, _series_corners(item)) for item in structure.series]
+    laws += [(item.row, item.stiffness is None, None) for item in structure.sliders]
+    springs = [False] * len(structure.characteristics) + [True] * len(structure.series)
+    springs += [item.stiffness is not None for item in structure.sliders]
+    for (row, of_rate, law), has_state in zip(laws, springs, strict=True):
         used = np.flatnonzero(row)
-        index += list(layout.displacement_places[used])
+        index += list(places[used] + TO_RATE * of_rate)
         weight += list(row[used])
-        if damping is not None:
-            index.append(layout.state_count + count)
+        inside.append(own + sum(springs[: len(inside)]) if has_state else -1)
+        if has_state:
+            index.append(inside[-1])
             weight.append(-1.0)
-            inside.append((layout.state_count + count, damping))
-            count += 1
-        else:
-            inside.append((-1, 1.0))
         spans.append(len(index))
-        corners += _both_sides(np.asarray(deflection), np.asarray(force))
-        corner_spans.append(len(corners))
+        if law is not None:
+            corners.append(law)
+            corner_spans.append(corner_spans[-1] + len(law))
     integers = {"element_spans": spans, "element_index": index, "element_corners": corner_spans}
     out: dict[str, Any] = {name: np.array(values, dtype=np.int64) for name, values in integers.items()}
     out["element_weight"] = np.array(weight, dtype=float)
-    out["corners"] = np.array(corners, dtype=float).reshape(-1, 2)
-    out["element_inside"] = np.array(inside, dtype=float).reshape(-1, 2)
-    return out, count
+    out["corners"] = np.vstack([np.zeros((0, asm.CORNER_COLUMNS)), *corners])
+    out["element_inside"] = np.array(inside, dtype=np.int64)
+    numbers = [[item.force, item.limit, item.stiffness or 0.0, 0.0] for item in structure.sliders]
+    out["sliders"] = np.array(numbers).reshape(-1, asm.SLIDER_COLUMNS)
+    rows = np.zeros((0, len(places)))
+    rigid = [np.pad(item.row, (0, len(places) - len(item.row))) for item in structure.sliders if item.stiffness is None]
+    rows = np.vstack([rows, *rigid])
+    out["yields"] = rows @ mobility @ rows.T
+    out["thrusts"] = np.zeros((len(rows), len(layout.bodies) * LANES))
+    out["thrusts"][:, places // PLACES * LANES + places % PLACES] = rows @ mobility
+    return out, sum(springs)
 
 
-def _both_sides(deflection: FloatArray, force: FloatArray) -> list[tuple[float, float]]:
-    """Return the corners of an odd characteristic, extended straight to 1 km beyond the last one; zero is no corner."""
-    slope = (force[-1] - force[-2]) / (deflection[-1] - deflection[-2])
-    far = deflection[-1] + 1e3
-    positive = [*zip(deflection[1:], force[1:], strict=True), (far, force[-1] + slope * 1e3)]
-    return [(-float(d), -float(f)) for d, f in reversed(positive)] + [(float(d), float(f)) for d, f in positive]
+def _series_corners(damper: SeriesDamper) -> FloatArray:
+    """Return the corners of the spring of a series damper over its deflection: its force, and the damper's rate."""
+    half = 0.5 * damper.free_play
+    both = _both_sides(damper.rate, damper.force)
+    rate, force = both[1:-1, 0], both[1:-1, 1]
+    rows = np.column_stack([force / damper.stiffness + half * np.sign(force), force, rate])
+    if half > 0.0:
+        rows = rows[force != 0.0]
+        rows = np.insert(rows, int((rows[:, 0] < 0.0).sum()), [[-half, 0.0, 0.0], [half, 0.0, 0.0]], axis=0)
+    return _extended(rows)
+
+
+def _both_sides(place: FloatArray, force: FloatArray) -> FloatArray:
+    """Return the corners (place, force, 0) of a characteristic; an odd one, which begins at zero, has none there."""
+    if place[0] == 0.0:
+        place, force = (np.concatenate([-half[:0:-1], half[1:]]) for half in (place, force))
+    return _extended(np.column_stack([place, force, np.zeros(len(place))]))
+
+
+def _extended(corners: FloatArray) -> FloatArray:
+    """Return corners continued straight, by 1 km or 1 km/s beyond the outermost ones."""
+    first, last = (
+        end + (end - beside) * (1e3 / abs(end[0] - beside[0]))
+        for end, beside in ((corners[0], corners[1]), (corners[-1], corners[-2]))
+    )
+    return np.vstack([first, corners, last])
 
 
 def layout_of(scenario: Scenario, structure: Structure) -> StateLayout:
@@ -247,7 +279,7 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     force_spans, force_sources, force_columns = _sparse_columns(others, rows, rows, layout)
     own = np.zeros(len(layout.bodies) * LANES)
     own[rows] = np.diag(mobility)
-    elements, inside = _element_arrays(structure, layout)
+    elements, inside = _element_arrays(replace(structure, sliders=()), layout, mobility)
     lanes, pieces, notes = _tread_lanes(scenario, layout, wheelsets, chosen)
     held_loads = np.zeros((len(layout.bodies), LANES))
     for value, (body, name) in zip(resting, layout.motions, strict=True):
@@ -279,8 +311,24 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     numbers[asm.DECK_PRESTRESS] = static[_deck_wheelset(scenario)].sum()
     positions = tuple(axle.position for axle in wagon.axles)
     start = standing_on(assembly._replace(start=resting_state), layout, mobility, positions)
-    assembly = assembly._replace(start=start)
+    assembly = _with_sliders(assembly._replace(start=start), structure, layout, mobility, inside)
     return LoweredWagon(assembly, layout, structure, static, middle, (*implausible_notes(scenario), *notes))
+
+
+def _with_sliders(
+    assembly: Assembly, structure: Structure, layout: StateLayout, mobility: FloatArray, inside: int
+) -> Assembly:
+    """Return the assembly, which stands, with its dry friction; it sticks without a force."""
+    if not structure.sliders:
+        return assembly
+    elements, more = _element_arrays(structure, layout, mobility)
+    states = layout.state_count + LANES * -(-more // LANES)
+    start, scales = (np.append(held, np.zeros(states - len(held))) for held in (assembly.start, assembly.scales))
+    scales[layout.state_count :] = 1.0 / assembly.numbers[asm.STATIC_INDENTATION]
+    q = start[layout.displacement_places[: len(structure.motions)]]
+    springs = [item.row @ q for item in structure.sliders if item.stiffness is not None]
+    start[layout.state_count + inside : layout.state_count + more] = springs
+    return assembly._replace(start=start, scales=scales, **elements)
 
 
 def _with_deck(

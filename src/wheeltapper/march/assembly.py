@@ -60,6 +60,21 @@ SATURATION_CELLS = 64
 # Columns of a row of steps; the pieces of the elements follow.
 STEP_TIME, STEP_LENGTH, STEP_CLOSED, STEP_ELEMENTS = range(4)
 
+# Numbers of the rails that give way: when the macro step began, its length in s, Gauss nodes, fours of wheelsets, and
+# where the moments of the forces begin in the state.
+RAIL_BEGAN, RAIL_SECONDS, RAIL_NODES, RAIL_FOURS, RAIL_STATES = range(5)
+RAIL_NUMBERS = 5
+
+# Columns of a corner of an element: its deflection (or rate), the force there, and the rate of the damper in series.
+# Columns of a slider: its force, that at which it begins to slide, the stiffness of its spring (0: rigid), and a mark
+# where the march has something to search in a step. Pieces of a slider's path: it slides towards negative or positive
+# deflections, or sticks; one that is LOOSE has neither rate nor force until it is decided.
+CORNER_PLACE, CORNER_FORCE, CORNER_RATE = range(3)
+CORNER_COLUMNS = 3
+SLIDER_FORCE, SLIDER_LIMIT, SLIDER_STIFFNESS, SLIDER_MARK = range(4)
+SLIDER_COLUMNS = 4
+BACK, STICKS, FORTH, LOOSE = range(4)
+
 # Columns of a lane: its side (+1 left, -1 right; 0 if the octet has no such wheel), the nominal radius of the wheel,
 # the index of its body, the first and the last piece of its path, the piece after the last and the joint before it, and
 # the times between which it is on the deck.
@@ -97,12 +112,21 @@ class Assembly(NamedTuple):
         (bodies, LANES): constant forces.
     element_spans, element_index, element_weight
         The deflection of nonlinear element i is the sum over j in its span of weight[j]·w[index[j]].
+        Where these are velocities, it is a rate. All sliders come after all other elements, rigid ones last.
     element_corners, corners
-        Element i is piecewise linear between corners[element_corners[i]:element_corners[i + 1]], (corners, 2).
+        Element i is piecewise linear between corners[element_corners[i]:element_corners[i + 1]], (corners, COLUMNS);
+        sliders have none.
     element_inside
-        (elements, 2): index of the state inside a series element and its damping; -1 without.
+        (elements,): index of the state inside an element with a spring in series; -1 without.
     start
         (states,): the state at time zero.
+    rails
+        The first macro step of rails that give way, flat (rail_motion.py); empty where they do not.
+    sliders
+        (sliders, SLIDER_COLUMNS): dry friction.
+    yields, thrusts
+        Of rigid sliders: the acceleration of each by a unit force of each, and that of all motions, (rigid, rigid) and
+        (rigid, bodies·LANES).
     """
 
     numbers: FloatArray
@@ -125,18 +149,26 @@ class Assembly(NamedTuple):
     element_weight: FloatArray
     element_corners: IntArray
     corners: FloatArray
-    element_inside: FloatArray
+    element_inside: IntArray
     start: FloatArray
+    rails: FloatArray = np.zeros(0)
+    sliders: FloatArray = np.zeros((0, SLIDER_COLUMNS))
+    yields: FloatArray = np.zeros((0, 0))
+    thrusts: FloatArray = np.zeros((0, 0))
 
 
 # Where the arrays begin in the two flat ones that the kernels read (a kernel that takes many arrays spends more time on
-# counting their references than on mechanics), and how many there are of some of them.
+# counting their references than on mechanics), and how many there are of some of them. LAWS is the number of elements
+# with corners, RIGID_FROM that of all but rigid sliders; AT_HOLDS is scratch memory (sliders.py).
 (
     AT_CELLS, CELLS_EACH, AT_SATURATION, AT_PIECES, AT_COLUMNS, AT_MOBILITY, AT_FORCE_COLUMNS, AT_LOADS, AT_WEIGHTS,
     AT_CORNERS, AT_INSIDE, AT_LANES, AT_SPANS, AT_INDEX, AT_FORCE_SPANS, AT_FORCE_INDEX, AT_ELEMENT_SPANS,
-    AT_ELEMENT_INDEX, AT_ELEMENT_CORNERS, AT_KINDS, BODIES,
-) = range(21)  # fmt: skip
-HEADER = 21
+    AT_ELEMENT_INDEX, AT_ELEMENT_CORNERS, AT_KINDS, BODIES, AT_RAILS, AT_SLIDERS, AT_YIELDS, AT_THRUSTS, AT_HOLDS,
+    LAWS, RIGID_FROM,
+) = range(28)  # fmt: skip
+HEADER = 28
+HOLD_ROWS = 4
+"""Rows of scratch memory of rigid sliders beside the matrix that is held there."""
 
 
 class FlatAssembly(NamedTuple):
@@ -149,20 +181,21 @@ class FlatAssembly(NamedTuple):
 def flattened_assembly(assembly: Assembly) -> FlatAssembly:
     """Return an assembly as the kernels read it."""
     data: list[FloatArray] = [assembly.numbers]
-    header = np.zeros(HEADER, dtype=np.int64)
+    header, rigid = np.zeros(HEADER, dtype=np.int64), len(assembly.yields)
     plan: list[IntArray] = [header]
     places = {}
     floats = {
         AT_CELLS: assembly.cells, AT_SATURATION: assembly.saturation, AT_PIECES: assembly.pieces,
         AT_COLUMNS: assembly.columns, AT_MOBILITY: assembly.mobility, AT_FORCE_COLUMNS: assembly.force_columns,
         AT_LOADS: assembly.loads, AT_WEIGHTS: assembly.element_weight, AT_CORNERS: assembly.corners,
-        AT_INSIDE: assembly.element_inside, AT_LANES: assembly.lanes,
+        AT_LANES: assembly.lanes, AT_SLIDERS: assembly.sliders, AT_YIELDS: assembly.yields,
+        AT_THRUSTS: assembly.thrusts, AT_HOLDS: np.full(rigid * (rigid + HOLD_ROWS), np.nan),
     }  # fmt: skip
     integers = {
         AT_SPANS: assembly.spans, AT_INDEX: assembly.sources, AT_FORCE_SPANS: assembly.force_spans,
         AT_FORCE_INDEX: assembly.force_sources, AT_ELEMENT_SPANS: assembly.element_spans,
         AT_ELEMENT_INDEX: assembly.element_index, AT_ELEMENT_CORNERS: assembly.element_corners,
-        AT_KINDS: assembly.kinds,
+        AT_KINDS: assembly.kinds, AT_INSIDE: assembly.element_inside,
     }  # fmt: skip
     for place, array in floats.items():
         places[place] = sum(len(part) for part in data)
@@ -172,6 +205,11 @@ def flattened_assembly(assembly: Assembly) -> FlatAssembly:
         plan.append(whole.ravel())
     for place, start in places.items():
         header[place] = start
+    if assembly.rails.size:
+        header[AT_RAILS] = sum(len(part) for part in data)
+        data.append(assembly.rails)
     header[CELLS_EACH] = assembly.cells.shape[1]
     header[BODIES] = len(assembly.spans) - 1
+    header[LAWS] = len(assembly.element_inside) - len(assembly.sliders)
+    header[RIGID_FROM] = len(assembly.element_inside) - rigid
     return FlatAssembly(np.concatenate(data), np.concatenate(plan))

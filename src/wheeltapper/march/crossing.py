@@ -10,10 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.march import assembly as asm
-from wheeltapper.march.assembly import LANES
+from wheeltapper.march.assembly import LANES, PLACES, TO_RATE
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.rates import contact_forces, deflection
+from wheeltapper.march.rates import contact_forces, rates
+from wheeltapper.march.sliders import deflection, slider_gap, slow_rate
 from wheeltapper.march.unrolled_dop853 import between
 from wheeltapper.march.wheel_rows import ROW_DELTA
 
@@ -34,6 +35,9 @@ class Span(NamedTuple):
     F: FloatArray
     spare: FloatArray
     wheels: FloatArray
+    pieces: FloatArray
+    Q: FloatArray
+    out: FloatArray
 
 
 @kernel
@@ -53,8 +57,17 @@ def may_cross(h: float, d0: float, r0: float, d1: float, r1: float) -> bool:
 
 @kernel
 def at_place(x: float, lane: int, row: int, span: Span) -> float:
-    """Return a quantity (a row of `wheels`) of one contact at a place of the step, 0 to 1."""
+    """Return a quantity (a row of `wheels`) of one contact at a place of the step, 0 to 1.
+
+    Behind the lanes of all contacts are the nonlinear elements; the quantity is then the gap of a slider.
+    """
     between(x, span.w, span.F, span.spare)
+    element = lane - LANES * span.wheels.shape[0]
+    if element >= 0:
+        t, data, plan, pieces = span.t + x * span.h, span.data, span.plan, span.pieces
+        if pieces[element] == asm.STICKS and element >= plan[asm.RIGID_FROM]:
+            rates(t, data, plan, span.spare, span.wheels, pieces, span.Q, span.out, False)
+        return slider_gap(element, data, plan, span.spare, pieces)
     contact_forces(span.t + x * span.h, span.data, span.plan, span.spare, span.wheels)
     return span.wheels[lane // LANES, row + lane % LANES]
 
@@ -62,7 +75,14 @@ def at_place(x: float, lane: int, row: int, span: Span) -> float:
 @kernel
 def corner_at(element: int, corner: int, plan: IntArray) -> int:
     """Return the position of the deflection of a corner in the data."""
-    return plan[asm.AT_CORNERS] + 2 * (plan[plan[asm.AT_ELEMENT_CORNERS] + element] + corner)
+    return plan[asm.AT_CORNERS] + asm.CORNER_COLUMNS * (plan[plan[asm.AT_ELEMENT_CORNERS] + element] + corner)
+
+
+@kernel
+def depends_on_rate(element: int, plan: IntArray) -> bool:
+    """Return True for an element whose force depends on its rate."""
+    first = plan[plan[asm.AT_ELEMENT_SPANS] + element]
+    return bool(plan[plan[asm.AT_ELEMENT_INDEX] + first] % PLACES >= TO_RATE)
 
 
 @kernel
@@ -157,9 +177,10 @@ def first_change(lane: int, sign: float, span: Span) -> float:
 def corner_ahead(element: int, end: float, data: FloatArray, plan: IntArray, pieces: FloatArray) -> int:
     """Return the corner that an element's deflection has passed at the end of a step, -1 where none."""
     piece = int(pieces[element])
-    if end < data[corner_at(element, piece, plan)]:
+    slack = slow_rate(data) if depends_on_rate(element, plan) else 0.0  # at rest a rate is rounding, of either sign
+    if end < data[corner_at(element, piece, plan)] - slack:
         return piece
-    if end > data[corner_at(element, piece + 1, plan)]:
+    if end > slack + data[corner_at(element, piece + 1, plan)]:
         return piece + 1
     return -1
 

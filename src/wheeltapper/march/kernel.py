@@ -29,6 +29,8 @@ OURS = "_ZN11wheeltapper5march"
 FOLDER = Path(__file__).resolve().parent
 GENERAL = FOLDER / "general"
 """The general march, with folders of its own in it."""
+RAILS = FOLDER / "rails"
+"""The wagon's march on rails, which takes kernels of both."""
 FASTMATH = {"contract", "reassoc", "arcp", "nsz", "afn"}
 """Flags of the compiler. Never nnan or ninf, because infinities and NaN are data here (open ends, failures)."""
 
@@ -61,6 +63,11 @@ def with_imports(files: Iterable[Path]) -> set[Path]:
     return found
 
 
+def rails_stamp() -> str:
+    """Return a digest of the sources of the wagon's march on rails, and of all that they import."""
+    return digest_of(with_imports(RAILS.glob("*.py")))
+
+
 def source_stamp() -> str:
     """Return a digest of the sources of all kernels in this folder; the door to the kernels is none of them."""
     return digest_of({*FOLDER.glob("*.py")} - {FOLDER / "run.py"})
@@ -74,19 +81,20 @@ def general_stamp() -> str:
 
 STAMP = source_stamp()
 GENERAL_STAMP = general_stamp()
+RAILS_STAMP = rails_stamp()
 
 
 class _Stamped:
-    """Claims the functions of this folder and of the general march, and stamps them with all of their sources."""
+    """Claims the functions of this folder and of those in it, and stamps them with all of their sources."""
 
     @classmethod
     def from_function(cls, py_func: Any, py_file: str) -> Any:
         file = Path(py_file).resolve()
-        if file.parent != FOLDER and GENERAL not in file.parents:
+        if FOLDER not in file.parents:
             return None
         locator = super().from_function(py_func, py_file)  # type: ignore[misc]
         if locator is not None:
-            locator.stamp = STAMP if file.parent == FOLDER else GENERAL_STAMP
+            locator.stamp = STAMP if file.parent == FOLDER else RAILS_STAMP if file.parent == RAILS else GENERAL_STAMP
         return locator
 
     def get_source_stamp(self) -> str:
@@ -141,10 +149,29 @@ def _finalize_private(library: Any) -> None:
 
 
 _LIBRARY._finalize_final_module = _finalize_private
+_optimize = _LIBRARY._optimize_final_module
+
+
+def _optimize_once(library: Any) -> None:
+    """Optimise a kernel's code, but not that of one that is always inlined: it is optimised where it is inlined."""
+    functions = library._final_module.functions
+    own = [one for one in functions if one.linkage == llvm.Linkage.external and one.name.startswith(OURS)]
+    if not any(b"alwaysinline" in attributes for one in own for attributes in one.attributes):
+        _optimize(library)
+
+
+_LIBRARY._optimize_final_module = _optimize_once
 
 kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True)
 inlined_kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True, forceinline=True)
 """For a kernel that does less than its call costs."""
+_njit: Any = numba.njit  # whose types leave out an argument
+uncounted_kernel = _njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True, _nrt=False)
+inlined_uncounted_kernel = _njit(
+    cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True, _nrt=False, forceinline=True
+)  # fmt: skip
+"""For kernels that make no arrays: nobody counts the references to those that they are given. Counts take time, and are
+most of the code where many arrays are passed on."""
 plain_kernel = numba.njit(cache=True, error_model="numpy", nogil=True)
 """For results that must be exact to the last digit: sums keep the order in which they are written."""
 

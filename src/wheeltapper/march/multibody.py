@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.march import assembly as asm
-from wheeltapper.march import passing, searching, telling
+from wheeltapper.march import passing, searching, sliders, sliding, telling
 from wheeltapper.march.assembly import LANES
 from wheeltapper.march.crossing import Span
 from wheeltapper.march.kernel import is_compiled, kernel
@@ -30,6 +30,8 @@ SAME = 1e-12
 BEYOND = 1.02
 """Ratio of the length of a shortened step to the time of a contact's change. A step that would go far beyond the change
 ends just behind it, because the force has a kink there."""
+SHORTEST_TO_EVENT = 4e-16
+"""Shortest step to an event, over the time: it ends later than it begins."""
 SAFETY, SHRINK, GROW, DOP853_ORDER = 0.9, 0.2, 5.0, 8
 
 
@@ -92,7 +94,9 @@ def march_kernel(
         if passing.enable_flanges(data, wheels):
             S[passing.ANEW] = 1.0
         if S[passing.ANEW] != 0.0:
-            rates(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE])
+            if plan[asm.RIGID_FROM] < pieces.shape[0]:
+                sliding.settle_rigid(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE])
+            rates(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], True)
             S[passing.RATES_USED] += 1.0
             S[passing.ANEW] = 0.0
         searching.keep_contacts(wheels, kept)
@@ -105,6 +109,7 @@ def march_kernel(
             stops = t + 1.01 * h >= until
             if stops:
                 h = until - t
+            sliders.forget_uses(data, plan, pieces)
             make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
             S[passing.RATES_USED] += STAGES - 1.0
             wrong = error(h, P, K, scales) / tolerance
@@ -116,21 +121,23 @@ def march_kernel(
                 return STALLED if _is_finite(w) else NOT_FINITE
         if not stops or growth == 1.0:
             S[passing.NEXT_LENGTH] = h * min(max(SAFETY * max(wrong, 1e-12) ** (-1.0 / DOP853_ORDER), SHRINK), growth)
-        rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES])
+        rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES], True)
         S[passing.RATES_USED] += 1.0
         # -- the first event in it
         contact, element, passed = -1, -1, -1
         is_dense = searching.mark_changes(h, data, plan, y, wheels, pieces, kept)
+        if sliding.mark_sliders(h, data, plan, w, y, K[FIRST_STAGE], K[STAGES], pieces):
+            is_dense = True
         if is_dense:
             dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
             S[passing.RATES_USED] += DENSE_STAGES - STAGES - 1.0
-            span = Span(t, h, data, plan, w, F, spare, wheels)
+            span = Span(t, h, data, plan, w, F, spare, wheels, pieces, Q, K[DENSE_STAGES - 1])
             at, contact, element, passed = searching.first_event(y, pieces, kept, span)
             if at <= 1.0:
                 stops = False
-                h *= at
+                h = max(h * at, SHORTEST_TO_EVENT * t)
                 make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
-                rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES])
+                rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES], True)
                 S[passing.RATES_USED] += STAGES
                 is_dense = False
             else:
@@ -140,7 +147,9 @@ def march_kernel(
             if not is_dense:
                 dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
                 S[passing.RATES_USED] += DENSE_STAGES - STAGES - 1.0
-            searching.log_maxima(kept, Span(t, h, data, plan, w, F, spare, wheels), peaks, S)
+            searching.log_maxima(
+                kept, Span(t, h, data, plan, w, F, spare, wheels, pieces, Q, K[DENSE_STAGES - 1]), peaks, S
+            )
             contact_forces(t + h, data, plan, y, wheels)
         # -- keep it
         row = int(S[passing.RUN_STEPS])
@@ -159,8 +168,10 @@ def march_kernel(
                     y[i] += rest * K[STAGES, i]
                 contact_forces(now, data, plan, y, wheels)
             wheels[contact // LANES, ROW_DELTA + place] = 0.0
+        if element >= plan[asm.LAWS]:
+            now += sliding.change_sliders(element, h, data, plan, y, K[STAGES], pieces)
         steps[row, asm.STEP_LENGTH] = now - t
-        S[passing.RUN_IDLE] = S[passing.RUN_IDLE] + 1.0 if now <= t else 0.0
+        S[passing.RUN_IDLE] = S[passing.RUN_IDLE] + 1.0 if now - t <= 2.0 * SHORTEST_TO_EVENT * t else 0.0
         if S[passing.RUN_IDLE] > 100.0:
             return STALLED
         S[passing.RUN_TIME] = now
@@ -171,7 +182,8 @@ def march_kernel(
             passing.switch_contacts(now, SAME * data[asm.STATIC_INDENTATION], wheels, events, S)
             S[passing.ANEW] = 1.0
         if element >= 0:
-            pieces[element] = passed - 1.0 if passed == pieces[element] else passed
+            if element < plan[asm.LAWS]:
+                pieces[element] = passed - 1.0 if passed == pieces[element] else passed
             S[passing.ANEW] = 1.0
         if stops and now < end:
             searching.keep_contacts(wheels, kept)
@@ -200,7 +212,30 @@ def probe_kernel(
     for row in range(states.shape[0]):
         contact_forces(0.0, data, plan, states[row], wheels)
         passing.close_contacts(wheels)
-        rates(0.0, data, plan, states[row], wheels, pieces, Q, out[row])
+        rates(0.0, data, plan, states[row], wheels, pieces, Q, out[row], True)
+
+
+class RailLog(NamedTuple):
+    """What a march on rails that give way needs to be repeated, by macro steps, flat as in `rail_motion`.
+
+    Attributes
+    ----------
+    seconds
+        Length of a macro step.
+    free
+        d of each macro step, (steps, …).
+    local, answers
+        r and B, (places in a bay, ...).
+    """
+
+    seconds: float
+    free: FloatArray
+    local: FloatArray
+    answers: FloatArray
+
+
+RIGID: RailLog = RailLog(0.0, np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)))
+"""That of a march on a stiff track."""
 
 
 class MultibodyMarch(NamedTuple):
@@ -215,6 +250,7 @@ class MultibodyMarch(NamedTuple):
     state: FloatArray  # (states,)
     evaluations: int
     """Number of computations of the rates."""
+    rails: RailLog = RIGID
 
 
 def work_for(A: asm.Assembly, rows: int = 1024) -> Work:
@@ -260,9 +296,15 @@ def march(A: asm.Assembly, tell: telling.Tell = telling.report_nothing) -> Multi
                 status, work.steps[:steps], work.states[:steps], work.events[:events], work.peaks[:peaks],
                 float(work.S[passing.RUN_TIME]), work.w, int(work.S[passing.RATES_USED]),
             )  # fmt: skip
-        lanes = work.kept.shape[1]
-        work = work._replace(
-            steps=telling.grown_table(work.steps, steps), states=telling.grown_table(work.states, steps),
-            events=telling.grown_table(work.events, events, lanes),
-            peaks=telling.grown_table(work.peaks, peaks, 2 * lanes),
-        )  # fmt: skip
+        work = grown_work(work)
+
+
+def grown_work(work: Work) -> Work:
+    """Return room for more, where it runs short."""
+    steps, events, peaks = work.S[[passing.RUN_STEPS, passing.RUN_EVENTS, passing.RUN_PEAKS]].astype(int)
+    lanes = work.kept.shape[1]
+    return work._replace(
+        steps=telling.grown_table(work.steps, steps), states=telling.grown_table(work.states, steps),
+        events=telling.grown_table(work.events, events, 2 * lanes),
+        peaks=telling.grown_table(work.peaks, peaks, 3 * lanes),
+    )  # fmt: skip

@@ -9,7 +9,8 @@ from wheeltapper.march.assembly import LANES
 from wheeltapper.march.crossing import corner_at
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.rates import contact_forces, deflection
+from wheeltapper.march.rates import contact_forces
+from wheeltapper.march.sliders import deflection, enter_holds
 from wheeltapper.march.wheel_paths import set_piece
 
 # Variables that are kept between calls.
@@ -125,7 +126,9 @@ def start_kernel(
     pass_breaks(0.0, data, plan, wheels)
     contact_forces(0.0, data, plan, w, wheels)
     close_contacts(wheels)
-    for element in range(pieces.shape[0]):
+    pieces[:] = asm.STICKS
+    enter_holds(data, plan, pieces)
+    for element in range(plan[asm.LAWS]):
         firsts = plan[asm.AT_ELEMENT_CORNERS] + element
         last = plan[firsts + 1] - plan[firsts] - 2
         here = deflection(element, data, plan, w)

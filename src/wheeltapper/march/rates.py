@@ -11,29 +11,31 @@ from wheeltapper.march.assembly import FLANGE, HALF, LANES, PLACES, TO_RATE
 from wheeltapper.march.columns import add_columns
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.rail_motion import free_rails, press_rails, write_moment_rates
+from wheeltapper.march.sliders import add_slider_forces, deflection, hold_rigid
 from wheeltapper.march.wheel_rows import AWAKE, ROW_ON_DECK, VPITCH
 from wheeltapper.march.wheels import add_body_forces, creep_forces, paths_and_forces
 
 
 @kernel
 def contact_forces(t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray) -> None:
-    """Compute indentations and normal forces of all contacts that are awake."""
+    """Compute indentations and normal forces of all contacts that are awake, and their rates."""
+    press_contacts(t, True, data, plan, w, wheels)
+
+
+@kernel
+def press_contacts(
+    t: float, rated: bool, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray
+) -> None:  # fmt: skip
+    """Do as `contact_forces`; on rails that give way leave out what only the rates need, unless these are asked for."""
+    if plan[asm.AT_RAILS] > 0:
+        free_rails(t, data, plan, w, wheels)
     for o in range(wheels.shape[0]):
         L = wheels[o]
         if L[AWAKE] != 0.0:
             paths_and_forces(t, data, plan, plan[plan[asm.AT_KINDS] + o], w, L)
-
-
-@kernel
-def deflection(element: int, data: FloatArray, plan: IntArray, w: FloatArray) -> float:
-    """Return the deflection of a nonlinear element."""
-    spans = plan[asm.AT_ELEMENT_SPANS] + element
-    index = plan[asm.AT_ELEMENT_INDEX]
-    weights = plan[asm.AT_WEIGHTS]
-    total = 0.0
-    for j in range(plan[spans], plan[spans + 1]):
-        total += data[weights + j] * w[plan[index + j]]
-    return total
+    if plan[asm.AT_RAILS] > 0:
+        press_rails(rated, data, plan, wheels)
 
 
 @kernel
@@ -41,23 +43,26 @@ def _add_element_forces(
     data: FloatArray, plan: IntArray, w: FloatArray, pieces: FloatArray, Q: FloatArray, out: FloatArray
 ) -> None:
     """Add the forces of the nonlinear elements, each on its present piece, and the rates inside series elements."""
-    for element in range(pieces.shape[0]):
+    for element in range(plan[asm.LAWS]):
         corner = plan[plan[asm.AT_ELEMENT_CORNERS] + element] + int(pieces[element])
-        at = plan[asm.AT_CORNERS] + 2 * corner
-        start, force = data[at], data[at + 1]
-        rise = data[at + 3] - force
+        at = plan[asm.AT_CORNERS] + asm.CORNER_COLUMNS * corner
+        force = data[at + asm.CORNER_FORCE]
+        rise = data[at + asm.CORNER_COLUMNS + asm.CORNER_FORCE] - force
         if force == 0.0 and rise == 0.0:
             continue
-        pull = force + rise / (data[at + 2] - start) * (deflection(element, data, plan, w) - start)
-        inside = plan[asm.AT_INSIDE] + 2 * element
-        within = int(data[inside])
+        beyond = deflection(element, data, plan, w) - data[at]
+        width = data[at + asm.CORNER_COLUMNS] - data[at]
+        pull = force + rise / width * beyond
+        within = plan[plan[asm.AT_INSIDE] + element]
         spans = plan[asm.AT_ELEMENT_SPANS] + element
         for j in range(plan[spans], plan[spans + 1]):
             place = plan[plan[asm.AT_ELEMENT_INDEX] + j]
             if place != within:
-                Q[(place // PLACES) * LANES + place % PLACES] -= data[plan[asm.AT_WEIGHTS] + j] * pull
+                Q[(place // PLACES) * LANES + place % LANES] -= data[plan[asm.AT_WEIGHTS] + j] * pull
         if within >= 0:
-            out[within] = pull / data[inside + 1]
+            rate = data[at + asm.CORNER_RATE]
+            gain = data[at + asm.CORNER_COLUMNS + asm.CORNER_RATE] - rate
+            out[within] = rate + gain / width * beyond
 
 
 @kernel
@@ -82,21 +87,25 @@ def _body_rates(data: FloatArray, plan: IntArray, w: FloatArray, Q: FloatArray, 
 @kernel
 def rates(
     t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray,
-    out: FloatArray,
+    out: FloatArray, rated: bool,
 ) -> None:  # fmt: skip
-    """Write the rates of the state at a time."""
+    """Write the rates of the state at a time; `rated`: those of the contacts too, also on rails that give way."""
     deck = int(data[asm.DECK])
     loads = plan[asm.AT_LOADS]
     for i in range(Q.shape[0]):
         Q[i] = data[loads + i]
     treads = int(data[asm.TREADS])
     on_deck = 0.0
+    on_rails = plan[asm.AT_RAILS] > 0
+    if on_rails:  # what presses one wheel moves the rail below the others
+        press_contacts(t, rated, data, plan, w, wheels)
     for o in range(wheels.shape[0]):
         L = wheels[o]
         if L[AWAKE] == 0.0:
             continue
         kind = plan[plan[asm.AT_KINDS] + o]
-        paths_and_forces(t, data, plan, kind, w, L)
+        if not on_rails:
+            paths_and_forces(t, data, plan, kind, w, L)
         inclined = kind == FLANGE
         if inclined and data[asm.QUASI_STATIC] != 0.0:
             for i in range(LANES):
@@ -110,5 +119,11 @@ def rates(
         Q[deck * LANES + asm.MOTION_Z] += data[asm.DECK_PRESTRESS]
     for i in range(Q.shape[0] * (PLACES // LANES), out.shape[0]):
         out[i] = 0.0
+    if on_rails:
+        write_moment_rates(data, plan, out)
     _add_element_forces(data, plan, w, pieces, Q, out)
+    if plan[asm.LAWS] < pieces.shape[0]:
+        add_slider_forces(data, plan, w, pieces, Q, out)
     _body_rates(data, plan, w, Q, out)
+    if plan[asm.RIGID_FROM] < pieces.shape[0]:
+        hold_rigid(data, plan, pieces, out)

@@ -10,18 +10,24 @@ import numpy as np
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import LANES, PLACES, TO_RATE
+from wheeltapper.march.crossing import corner_at, depends_on_rate
 from wheeltapper.march.dense import BEGINS, FINISHES
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import MultibodyMarch, work_for
 from wheeltapper.march.passing import RUN_CARRIED, enable_flanges, pass_breaks, start_kernel
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.rates import contact_forces, deflection, rates
+from wheeltapper.march.rail_motion import enter_logged_step
+from wheeltapper.march.rates import contact_forces, rates
+from wheeltapper.march.sliders import deflection, enter_holds, rate_between_ends, slider_number
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, between
 
 # Columns of the powers.
-LOAD_POWER, PATH_POWER, SHAPE_POWER, DAMPER_POWER, FRICTION_POWER, DRIVE_POWER, STAND_IN_POWER = range(7)
-POWERS_KEPT = 7
+(
+    LOAD_POWER, PATH_POWER, SHAPE_POWER, DAMPER_POWER, FRICTION_POWER, DRIVE_POWER, STAND_IN_POWER, RAIL_POWER,
+    SLIDER_POWER,
+) = range(9)  # fmt: skip
+POWERS_KEPT = 9
 WORK_NODES = 6
 """Number of nodes of Gauss's rule in each step."""
 
@@ -41,19 +47,21 @@ def _repeat_step(
             closed = np.floor(closed / 2.0)
     for element in range(pieces.shape[0]):
         pieces[element] = steps[row, asm.STEP_ELEMENTS + element]
+    enter_holds(data, plan, pieces)
     w[:] = states[row]
     contact_forces(t, data, plan, w, wheels)
     enable_flanges(data, wheels)
-    rates(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE])
+    rates(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], True)
     make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
-    rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES])
+    rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES], True)
     dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
 
 
 @kernel
 def replay_kernel(
-    data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, times: FloatArray,
-    rows: IntArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray, out: FloatArray, out_rates: FloatArray,
+    data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, seconds: float,
+    free: FloatArray, local: FloatArray, answers: FloatArray, times: FloatArray, rows: IntArray,
+    wheels: FloatArray, pieces: FloatArray, Q: FloatArray, out: FloatArray, out_rates: FloatArray,
     out_wheels: FloatArray,
 ) -> None:  # fmt: skip
     """Write states, rates and some rows of the contacts at times: (times, states), the same, (times, rows, lanes)."""
@@ -68,16 +76,26 @@ def replay_kernel(
             row += 1
             pass_breaks(steps[row, asm.STEP_TIME], data, plan, wheels)
         if entered != row:
+            middle = steps[row, asm.STEP_TIME] + 0.5 * steps[row, asm.STEP_LENGTH]
+            enter_logged_step(middle, seconds, free, local, answers, data, plan)
             _repeat_step(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
             entered = row
         t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
         between(min((times[k] - t) / h, 1.0), w, F, spare)
-        rates(times[k], data, plan, spare, wheels, pieces, Q, out_rates[k])
+        rates(times[k], data, plan, spare, wheels, pieces, Q, out_rates[k], True)
         out[k] = spare
         for j in range(rows.shape[0]):
             for o in range(wheels.shape[0]):
                 for i in range(LANES):
                     out_wheels[k, j, o * LANES + i] = wheels[o, rows[j] + i]
+
+
+@kernel
+def _pull(element: int, piece: int, data: FloatArray, plan: IntArray, w: FloatArray) -> float:
+    """Return the force of an element on a piece of its characteristic."""
+    at, after = corner_at(element, piece, plan), corner_at(element, piece + 1, plan)
+    slope = (data[after + asm.CORNER_FORCE] - data[at + asm.CORNER_FORCE]) / (data[after] - data[at])
+    return data[at + asm.CORNER_FORCE] + slope * (deflection(element, data, plan, w) - data[at])
 
 
 @kernel
@@ -94,11 +112,14 @@ def _write_powers(
     for a in range(places.shape[0]):
         for b in range(places.shape[0]):
             out[DAMPER_POWER] += damping[a, b] * w[places[a] + TO_RATE] * w[places[b] + TO_RATE]
-    for element in range(pieces.shape[0]):
-        inside = plan[asm.AT_INSIDE] + 2 * element
-        within = int(data[inside])
-        if within >= 0:
-            out[DAMPER_POWER] += data[inside + 1] * rate[within] * rate[within]
+    for element in range(plan[asm.LAWS]):
+        within = plan[plan[asm.AT_INSIDE] + element]
+        if within >= 0 or depends_on_rate(element, plan):
+            extends = rate[within] if within >= 0 else deflection(element, data, plan, w)
+            out[DAMPER_POWER] += extends * _pull(element, int(pieces[element]), data, plan, w)
+    for element in range(plan[asm.LAWS], pieces.shape[0]):
+        slides = (pieces[element] - asm.STICKS) * rate_between_ends(element, data, plan, w)
+        out[SLIDER_POWER] += slides * slider_number(element, asm.SLIDER_FORCE, data, plan)
     deck = int(data[asm.DECK])
     on_deck = 0.0
     for o in range(wheels.shape[0]):
@@ -113,6 +134,7 @@ def _write_powers(
             if deck >= 0:
                 path_rate -= L[wheel.ROW_ON_DECK + i] * w[deck * PLACES + asm.MOTION_Z + TO_RATE]
             out[PATH_POWER] += n * path_rate
+            out[RAIL_POWER] += n * L[wheel.RAIL_RATE + i]
             growth = L[wheel.BULGE_RATE + i] / L[wheel.BULGE + i] + L[wheel.ROOT_C_RATE + i] / L[wheel.ROOT_C + i]
             out[SHAPE_POWER] += 1.2 * n * L[wheel.ROW_DELTA + i] * growth
             if data[asm.CREEP] == asm.NO_CREEP:
@@ -143,25 +165,29 @@ def _elastic_energy(data: FloatArray, plan: IntArray, w: FloatArray, wheels: Flo
     for o in range(wheels.shape[0]):
         for i in range(LANES):
             total += 0.4 * wheels[o, wheel.NORMAL + i] * wheels[o, wheel.ROW_DELTA + i]
-    for element in range(pieces.shape[0]):
+    for element in range(plan[asm.LAWS], plan[asm.RIGID_FROM]):
+        here = deflection(element, data, plan, w)
+        total += 0.5 * slider_number(element, asm.SLIDER_STIFFNESS, data, plan) * here * here
+    for element in range(plan[asm.LAWS]):
+        if depends_on_rate(element, plan):
+            continue
         here = deflection(element, data, plan, w)
         at = plan[asm.AT_ELEMENT_CORNERS] + element
-        first, last = plan[at], plan[at + 1] - 2
+        last = plan[at + 1] - plan[at] - 2
         zero = 0.0
         low = 0.0
         step = 1 if here >= 0.0 else -1
-        corner = first
-        while data[plan[asm.AT_CORNERS] + 2 * (corner + 1)] < 0.0:
+        corner = 0
+        while data[corner_at(element, corner + 1, plan)] < 0.0:
             corner += 1
         # the piece from the last negative corner to the first positive one passes through zero
         while True:
-            at = plan[asm.AT_CORNERS] + 2 * corner
-            slope = (data[at + 3] - data[at + 1]) / (data[at + 2] - data[at])
-            border = data[at + 2] if step > 0 else data[at]
-            until = min(here, border) if step > 0 else max(here, border)
+            at, after = corner_at(element, corner, plan), corner_at(element, corner + 1, plan)
+            slope = (data[after + asm.CORNER_FORCE] - data[at + asm.CORNER_FORCE]) / (data[after] - data[at])
+            until = min(here, data[after]) if step > 0 else max(here, data[at])
             force = low + slope * (until - zero)
             total += 0.5 * (low + force) * (until - zero)
-            if until == here or not first <= corner + step <= last:  # NaN ends with the last piece
+            if until == here or not 0 <= corner + step <= last:  # NaN ends with the last piece
                 break
             zero, low = until, force
             corner += step
@@ -170,8 +196,9 @@ def _elastic_energy(data: FloatArray, plan: IntArray, w: FloatArray, wheels: Flo
 
 @kernel
 def energy_kernel(
-    data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, damping: FloatArray,
-    places: IntArray, nodes: FloatArray, weights: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray,
+    data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, seconds: float,
+    free: FloatArray, local: FloatArray, answers: FloatArray, damping: FloatArray, places: IntArray,
+    nodes: FloatArray, weights: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray,
     works: FloatArray, impulses: FloatArray, elastic: FloatArray,
 ) -> None:  # fmt: skip
     """Write each step's works (steps, POWERS_KEPT), impulses (steps, lanes), elastic energies at its ends."""
@@ -185,6 +212,7 @@ def energy_kernel(
     for row in range(steps.shape[0]):
         t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
         pass_breaks(t, data, plan, wheels)
+        enter_logged_step(t + 0.5 * h, seconds, free, local, answers, data, plan)
         _repeat_step(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
         contact_forces(t, data, plan, w, wheels)
         elastic[row, BEGINS] = _elastic_energy(data, plan, w, wheels, pieces)
@@ -192,7 +220,7 @@ def energy_kernel(
         elastic[row, FINISHES] = _elastic_energy(data, plan, y, wheels, pieces)
         for k in range(nodes.shape[0]):
             between(nodes[k], w, F, spare)
-            rates(t + nodes[k] * h, data, plan, spare, wheels, pieces, Q, rate)
+            rates(t + nodes[k] * h, data, plan, spare, wheels, pieces, Q, rate, True)
             _write_powers(data, plan, damping, places, spare, wheels, pieces, rate, power)
             for j in range(POWERS_KEPT):
                 works[row, j] += weights[k] * h * power[j]
@@ -203,13 +231,13 @@ def energy_kernel(
 
 def replay(A: asm.Assembly, march: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
     """Return states and rates (times, states) and some rows of the contacts (times, rows, lanes) at rising times."""
-    work = work_for(A, 1)
+    work, rails = work_for(A, 1), march.rails
     out = np.empty((len(times), len(A.start)))
     out_rates = np.empty_like(out)
     out_wheels = np.empty((len(times), len(rows), work.wheels.shape[0] * LANES))
     replay_kernel(
-        *asm.flattened_assembly(A), A.start, march.steps, march.states, times, rows, work.wheels, work.pieces, work.Q,
-        out, out_rates, out_wheels,
+        *asm.flattened_assembly(A), A.start, march.steps, march.states, rails.seconds, rails.free, rails.local,
+        rails.answers, times, rows, work.wheels, work.pieces, work.Q, out, out_rates, out_wheels,
     )  # fmt: skip
     return out, out_rates, out_wheels
 
@@ -217,11 +245,11 @@ def replay(A: asm.Assembly, march: MultibodyMarch, times: FloatArray, rows: IntA
 def works(A: asm.Assembly, march: MultibodyMarch, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
     """Return what `energy_kernel` writes."""
     nodes, weights = np.polynomial.legendre.leggauss(WORK_NODES)
-    work = work_for(A, 1)
+    work, rails = work_for(A, 1), march.rails
     count = len(march.steps)
     done = np.zeros((count, POWERS_KEPT)), np.zeros((count, work.wheels.shape[0] * LANES)), np.zeros((count, 2))
     energy_kernel(
-        *asm.flattened_assembly(A), A.start, march.steps, march.states, damping, places, 0.5 * (nodes + 1.0),
-        0.5 * weights, work.wheels, work.pieces, work.Q, *done,
+        *asm.flattened_assembly(A), A.start, march.steps, march.states, rails.seconds, rails.free, rails.local,
+        rails.answers, damping, places, 0.5 * (nodes + 1.0), 0.5 * weights, work.wheels, work.pieces, work.Q, *done,
     )  # fmt: skip
     return done

@@ -16,6 +16,7 @@ import numpy as np
 
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import (
+    ALONE,
     ANOMALY,
     BILATERAL,
     BOGIE,
@@ -23,9 +24,11 @@ from wheeltapper.ground.needs import (
     DAMPER_END,
     DAMPER_PLAY,
     DECK,
+    DECK_ENDS,
     FLEXIBLE_TRACK,
     HYSTERESIS,
     IRREGULARITY,
+    KINKS,
     LINEAR,
     MEMORY,
     NOTHING,
@@ -46,16 +49,18 @@ from wheeltapper.march.program import FloatArray, IntArray, Program
 from wheeltapper.march.telling import Tell, report_nothing
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from wheeltapper.march import ensemble, gradients, orbits
     from wheeltapper.march.general.ensemble import MarchedCells
     from wheeltapper.march.general.gradients import Tangents as RailTangents
-    from wheeltapper.march.general.integrals import Pressing, Works
-    from wheeltapper.march.general.replay import Modes, Replayed
+    from wheeltapper.march.general.integrals import Rule, Works
+    from wheeltapper.march.general.replay import Modes, Replayed, Starts
     from wheeltapper.march.general.task import Marched
     from wheeltapper.march.general.turned import SystemTurn
     from wheeltapper.march.multibody import MultibodyMarch
+    from wheeltapper.march.rails.march import OnRails
+    from wheeltapper.march.rails.replay import RailsReplay
     from wheeltapper.march.single import March
 
 
@@ -77,29 +82,59 @@ class Marcher:
     covers: frozenset[Need]
     requires: frozenset[Need] = NOTHING
 
+    @property
+    def is_general(self) -> bool:
+        """Whether it is the general march, perhaps of less than it covers."""
+        return self.name == GENERAL.name
 
-_ONE_WHEEL = frozenset({DECK, IRREGULARITY, POINT, START})
+
+_ONE_WHEEL = frozenset({DECK, DECK_ENDS, IRREGULARITY, POINT, START})
 WHEEL = Marcher("the wheelset's march", _ONE_WHEEL | {LINEAR, BILATERAL, HYSTERESIS})
-YIELDING_WHEEL = Marcher("the yielding contact's march", _ONE_WHEEL | {YIELDING, MEMORY}, frozenset({YIELDING}))
+YIELDING_WHEEL = Marcher("the yielding contact's march", _ONE_WHEEL | {YIELDING, ALONE, MEMORY}, frozenset({YIELDING}))
 ENDED_WHEEL = Marcher(
     "the march with a damper's end", _ONE_WHEEL | {LINEAR, HYSTERESIS, DAMPER_END, DAMPER_PLAY},
     frozenset({DAMPER_END}),
 )  # fmt: skip
 WAGON = Marcher(
     "the wagon's march",
-    frozenset({SEVERAL_BODIES, DECK, CREEP, PROFILES, PLACES, IRREGULARITY, POINT}), frozenset({SEVERAL_BODIES}),
+    frozenset({SEVERAL_BODIES, DECK, DECK_ENDS, CREEP, PROFILES, PLACES, IRREGULARITY, POINT}),
+    frozenset({SEVERAL_BODIES}),
+)
+WAGON_ON_RAILS = Marcher(
+    "the wagon's march on rails",
+    frozenset({SEVERAL_BODIES, FLEXIBLE_TRACK, CREEP, PROFILES, PLACES, IRREGULARITY, POINT}),
+    frozenset({SEVERAL_BODIES, FLEXIBLE_TRACK}),
 )  # fmt: skip
 GENERAL = Marcher(
     "the general march",
-    frozenset({FLEXIBLE_TRACK, ANOMALY, WHEELSETS, BOGIE, OWN_LAW, LINEAR, HYSTERESIS, PLACES, IRREGULARITY, POINT}),
-)
+    frozenset({
+        DAMPER_END, DAMPER_PLAY, DECK, FLEXIBLE_TRACK, ANOMALY, WHEELSETS, BOGIE, YIELDING, OWN_LAW, LINEAR, BILATERAL,
+        HYSTERESIS, PLACES, IRREGULARITY, POINT, START, *KINKS,
+    }),
+)  # fmt: skip
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
-UNDAMPED = Marcher(GENERAL.name, GENERAL.covers - {HYSTERESIS})
-"""The general march of contacts that lose their force only where they part."""
-MARCHERS = (*WHEELS, WAGON, GENERAL)
+MARCHERS = (*WHEELS, WAGON, WAGON_ON_RAILS, GENERAL)
 """All marches, the fastest first."""
-ROW = Marcher("the march of wheelsets in a row", frozenset({DECK, IRREGULARITY, POINT, DAMPER_END}))
+ROW = Marcher("the march of wheelsets in a row", frozenset({DECK, DECK_ENDS, IRREGULARITY, POINT, DAMPER_END}))
 """The wagon's march, where wheelsets that share a deck are made a wagon: it knows a bush, but no play."""
+
+
+def _as_simulated(*lacks: Need) -> tuple[Marcher, ...]:
+    """Return the general march where it also simulates, but for what it lacks, as marchers.
+
+    A wheelset whose damper has an end is simulated by a march that takes the spring as unstretched at first touch, not
+    at rest; so what else is asked of it has to be on rails.
+    """
+    covers = GENERAL.covers - {*lacks}
+    alone = Marcher(GENERAL.name, covers - {DAMPER_END, DAMPER_PLAY})
+    return alone, Marcher(GENERAL.name, covers, frozenset({FLEXIBLE_TRACK}))
+
+
+MAPPED = _as_simulated()
+UNDAMPED = _as_simulated(HYSTERESIS, BILATERAL)
+"""The general march of contacts that lose their force where they part, and only there."""
+TURNED = _as_simulated(ANOMALY, DAMPER_PLAY, *KINKS)
+"""The general march of contacts that all go along the track."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,17 +175,24 @@ class Question:
 
 
 _SITE, _SPOT = frozenset({DECK, IRREGULARITY}), frozenset({MEMORY})
+_ELASTIC = frozenset({OWN_LAW, LINEAR, BILATERAL, HYSTERESIS})
 SIMULATE = Question("simulate", "the motion with all its events", MARCHERS, others=())
 HISTORY = Question("history", "everything over time, and at any time", MARCHERS, others=())
 ENERGY = Question("energy", "the energy balance", MARCHERS, others=())
 FEATURES = Question("features", "a feature of a record", MARCHERS, others=())
-DAMPER_EVENTS = Question("damper_events", "stops that a damper's end meets", WHEELS, others=())
-TRACK = Question("track", "what rail, sleepers and ballast do", (GENERAL,), requires=frozenset({FLEXIBLE_TRACK}))
-COMFORT = Question("comfort", "ride comfort", (WAGON,))
-GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON,))
-SWEEP = Question("sweep", "features over many cells", (WHEEL, GENERAL))
-GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL, GENERAL), frozenset({ANOMALY}))
-BORDER = Question("border", "where contact begins to be lost", (WHEEL, UNDAMPED))
+DAMPER_EVENTS = Question("damper_events", "stops that a damper's end meets", (*WHEELS, GENERAL), others=())
+SUSPENSION_EVENTS = Question(
+    "suspension_events", "where friction slips and sticks, and corners of springs and dampers", MARCHERS,
+    others=(),
+)  # fmt: skip
+TRACK = Question(
+    "track", "what rail, sleepers and ballast do", (GENERAL, WAGON_ON_RAILS), requires=frozenset({FLEXIBLE_TRACK})
+)
+COMFORT = Question("comfort", "ride comfort", (WAGON, WAGON_ON_RAILS))
+GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON, WAGON_ON_RAILS))
+SWEEP = Question("sweep", "features over many cells", (WHEEL, *MAPPED, WAGON, WAGON_ON_RAILS))
+GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL, *TURNED), frozenset({YIELDING}))
+BORDER = Question("border", "where contact begins to be lost", (WHEEL, *UNDAMPED))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
 TRAJECTORY = Question("trajectory", "these with exact derivatives", (WHEEL,), others=("simulate", "motion_at"))
 DIAGNOSE = Question("diagnose", "the faults that a site's recordings show", WHEELS, _SPOT, _SITE)
@@ -162,22 +204,27 @@ COUPLED = Question(
     "coupled=True", "a train's wheelsets that share a deck", (ROW,), requires=_SITE, others=("coupled=False",)
 )
 SUPERPOSED = Question("coupled=False", "the same, each as if alone", WHEELS, _SPOT, _SITE, others=())
-WEAR_IN = Question("wear_in", "the evolution of a rail under many wheels", (YIELDING_WHEEL,), _SPOT, frozenset({POINT}))
-MARKS = Question("marks", "the marks that a run leaves", (YIELDING_WHEEL,), _SPOT)
+WEAR_IN = Question(
+    "wear_in", "the evolution of a rail under many wheels", (YIELDING_WHEEL, GENERAL), _SPOT | _ELASTIC,
+    frozenset({POINT, YIELDING}),
+)  # fmt: skip
+MARKS = Question(
+    "marks", "the marks that a run leaves", (YIELDING_WHEEL, GENERAL), _SPOT | _ELASTIC, frozenset({YIELDING})
+)
 MODES = Question("modes", "small vibrations about the steady run", (WAGON,))
 CRITICAL_SPEED = Question("critical_speed", "where hunting begins", (WAGON,), requires=frozenset({CREEP}))
 REDUCED = Question("reduced", "the core model of one wheelset of a wagon", (WAGON,))
 ORBITS = Question(
-    "orbits", "periodic motions over a periodic irregularity", (WHEEL,), requires=frozenset({IRREGULARITY}),
-    others=("simulate", "sweep"),
+    "orbits", "periodic motions over a periodic irregularity", (WHEEL,), frozenset({DECK_ENDS}),
+    frozenset({IRREGULARITY}), others=("simulate", "sweep"),
 )  # fmt: skip
 IMBALANCE = Question("imbalance", "a car body whose load lies aside", (WAGON,))
 QUESTIONS = {
     question.name: question
     for question in (
-        SIMULATE, HISTORY, ENERGY, FEATURES, DAMPER_EVENTS, TRACK, COMFORT, GUIDANCE, SWEEP, GRADIENT, BORDER,
-        MOTION_AT, TRAJECTORY, DIAGNOSE, INFORMATION, COUPLED, SUPERPOSED, WEAR_IN, MARKS, MODES, CRITICAL_SPEED,
-        REDUCED, IMBALANCE, ORBITS,
+        SIMULATE, HISTORY, ENERGY, FEATURES, DAMPER_EVENTS, SUSPENSION_EVENTS, TRACK, COMFORT, GUIDANCE, SWEEP,
+        GRADIENT, BORDER, MOTION_AT, TRAJECTORY, DIAGNOSE, INFORMATION, COUPLED, SUPERPOSED, WEAR_IN, MARKS, MODES,
+        CRITICAL_SPEED, REDUCED, IMBALANCE, ORBITS,
     )
 }  # fmt: skip
 """All questions by name."""
@@ -255,8 +302,11 @@ def _present_and_otherwise(need: Need, needs: frozenset[Need]) -> tuple[str, str
 
 def _kernel_module(program: Program | Assembly | Task) -> Any:
     """Return the module of the march that takes a program."""
-    name = "general.task" if isinstance(program, Task) else "multibody" if isinstance(program, Assembly) else "single"
-    return import_module(f"wheeltapper.march.{name}")
+    return import_module(f"wheeltapper.march.{_MODULES.get(type(program).__name__, 'single')}")
+
+
+_MODULES = {"Task": "general.task", "Assembly": "multibody", "OnRails": "rails.march"}
+"""Modules of the marches, by what they take; all else is a wheelset's."""
 
 
 @overload
@@ -331,8 +381,14 @@ def works(program: Assembly, found: MultibodyMarch, damping: FloatArray, places:
     return replay.works(program, found, damping, places)
 
 
+def _without_rails(program: Any) -> Any:
+    """Return the vehicle of a program for vehicles on rails, and any other program as it is."""
+    return getattr(program, "assembly", program)
+
+
 def balance_is_ready(program: Program | Assembly | Task) -> bool:
     """Return False where checking the energy of a program's march begins with compiling."""
+    program = _without_rails(program)
     if isinstance(program, Task):
         return True
     from wheeltapper.march.kernel import is_compiled
@@ -342,9 +398,10 @@ def balance_is_ready(program: Program | Assembly | Task) -> bool:
 
         floats, plan, table = np.empty(1), np.empty(1, dtype=np.int64), np.empty((4, 4))
         some = table[::2]  # of the steps and states
-        rule = table, plan, floats, floats
+        rails, rule = (0.0, table, table, table), (table, plan, floats, floats)
         return is_compiled(
-            energy_kernel, (floats, plan, floats, some, some, *rule, table, floats, floats, table, table, table)
+            energy_kernel,
+            (floats, plan, floats, some, some, *rails, *rule, table, floats, floats, table, table, table),
         )
     from wheeltapper.march.balance import balance_kernel
 
@@ -374,11 +431,25 @@ def replay_rails(found: Marched, times: FloatArray) -> Replayed:
     return replay(found.found, times)
 
 
-def modes_of_track(found: Marched, times: FloatArray) -> Modes:
+def modes_of_track(found: Marched, times: FloatArray, bends: bool = True, starts: Starts | None = None) -> Modes:
     """Return the track's modes at some times, s, of a general march."""
     from wheeltapper.march.general.replay import modes
 
-    return modes(found.found, times)
+    return modes(found.found, times, bends, starts)
+
+
+def rails_below(program: OnRails, found: MultibodyMarch) -> RailsReplay:
+    """Return what tells what both rails below a wagon do over its march."""
+    from wheeltapper.march.rails.replay import RailsReplay
+
+    return RailsReplay(program, found)
+
+
+def starts_on_rails(found: Marched) -> Starts:
+    """Return what lets `modes_of_track` go on from one call to the next."""
+    from wheeltapper.march.general.replay import Starts, track_run
+
+    return Starts(track_run(found.found))
 
 
 def impulses_on_rails(found: Marched) -> FloatArray:
@@ -395,18 +466,18 @@ def works_on_rails(found: Marched) -> Works:
     return works(found.found, found.end)
 
 
-def pressing_on_rails(found: Marched, contact: int) -> Pressing:
-    """Return a rule for integrals over time with the force of a contact of a general march."""
-    from wheeltapper.march.general.integrals import pressing
+def rules_on_rails(found: Marched, steps: int) -> Iterator[Rule]:
+    """Return rules for integrals over a general march, one after the other in time, for some macro steps each."""
+    from wheeltapper.march.general.integrals import rules
 
-    return pressing(found.found, contact, found.end)
+    return rules(found.found, found.end, steps)
 
 
-def joints_on_rails(found: Marched) -> FloatArray:
-    """Return the times between which no force of a general march has a joint, s, from 0 to its end."""
-    from wheeltapper.march.general.integrals import joints
+def jumps_on_rails(found: Marched) -> FloatArray:
+    """Return two times, s, one on either side of each jump of a contact's force in a general march, (jumps, 2)."""
+    from wheeltapper.march.general.integrals import jumps
 
-    return joints(found.found, found.end)
+    return jumps(found.found, found.end)
 
 
 def extremes_on_rails(found: Marched) -> tuple[float, float]:
@@ -435,6 +506,26 @@ def rail_impulse_rates(found: Marched, rates: RailTangents, contact: int) -> Flo
     from wheeltapper.march.general.gradients import impulse_rates
 
     return impulse_rates(found.found, rates, contact)
+
+
+def pressed_on_rails(found: Marched, contact: int, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return how deep a wheel indents the surface as it is at rising places of its path, m; negative in no case.
+
+    Then follow what earlier wheels have left there, and what that surface bears.
+    """
+    from wheeltapper.march.general.replay import pressed, surface_along
+
+    system = found.found.prepared.system
+    wheel = system.contacts[contact]
+    indented, _ = pressed(found.found, contact, (places - wheel.start) / system.speed)
+    return np.maximum(indented, 0.0), *surface_along(wheel, places)
+
+
+def slopes_on_rails(found: Marched, contact: int, places: FloatArray) -> FloatArray:
+    """Return the slope of a wheel's path at places of it."""
+    from wheeltapper.march.general.replay import path_slopes
+
+    return path_slopes(found.found.prepared.system.contacts[contact], places)
 
 
 # -- many cells, and derivatives --------------------------------------------------------------------------------------

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from math import sqrt
 
+from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import BODY, LANES, MOTION_Z, PLACES, ROLL, TO_RATE
 from wheeltapper.march.crossing import Span, at_place, corner_ahead, find_corner, find_fall, first_change, may_cross
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.passing import log_peak
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.rates import deflection
+from wheeltapper.march.sliders import deflection, slider_number
 from wheeltapper.march.wheel_rows import ARM, AWAKE, DELTA_RATE, NORMAL, NORMAL_RATE, ON, ROW_DELTA, SIDES
 
 DELTAS, DELTA_RATES, GROWTHS, FORCES, MARKS = range(5)
@@ -87,7 +88,7 @@ def mark_changes(
             if may_cross(h, before, sign * kept[DELTA_RATES, lane], after, sign * L[DELTA_RATE + i]):
                 kept[MARKS, lane] = 1.0
                 found = True
-    for element in range(pieces.shape[0]):
+    for element in range(plan[asm.LAWS]):
         if corner_ahead(element, deflection(element, data, plan, y), data, plan, pieces) >= 0:
             found = True
     return found
@@ -107,12 +108,20 @@ def first_event(y: FloatArray, pieces: FloatArray, kept: FloatArray, span: Span)
             place = first_change(lane, sign, span)
             if place < at:
                 at, contact = place, lane
-    for number in range(pieces.shape[0]):
+    for number in range(span.plan[asm.LAWS]):
         corner = corner_ahead(number, deflection(number, span.data, span.plan, y), span.data, span.plan, pieces)
         if corner >= 0:
             place = find_corner(number, corner, span)
             if place < at:
                 at, contact, element, passed = place, -1, number, corner
+    for number in range(span.plan[asm.LAWS], pieces.shape[0]):
+        if slider_number(number, asm.SLIDER_MARK, span.data, span.plan) != 0.0:
+            lane = kept.shape[1] + number
+            place = 0.0  # where another event has just come before
+            if at_place(0.0, lane, ROW_DELTA, span) > 0.0:
+                place = first_change(lane, 1.0, span)
+            if place < at:
+                at, contact, element, passed = place, -1, number, 0
     return at, contact, element, passed
 
 

@@ -19,7 +19,7 @@ def make_step(
     """Compute a step from w to y; K[FIRST_STAGE] are the rates at its start."""
     for stage in range(FIRST_STAGE + 1, STAGES):
         combine(stage, h, P, K, w, y)
-        rates(t + C[stage] * h, data, plan, y, wheels, pieces, Q, K[stage])
+        rates(t + C[stage] * h, data, plan, y, wheels, pieces, Q, K[stage], False)
     finish(h, P, K, w, y)
 
 
@@ -31,5 +31,5 @@ def dense_step(
     """Compute the dense solution of a step; K[STAGES] are the rates at its end."""
     for stage in range(STAGES + 1, DENSE_STAGES):
         combine_dense(stage, h, P, K, w, spare)
-        rates(t + C[stage] * h, data, plan, spare, wheels, pieces, Q, K[stage])
+        rates(t + C[stage] * h, data, plan, spare, wheels, pieces, Q, K[stage], False)
     powers(h, P, K, w, y, F)

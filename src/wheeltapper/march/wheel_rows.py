@@ -28,6 +28,11 @@ the deck; the cells of the geometry's tables and of the creep law's curve."""
 (QY, QZ, QROLL, QYAW, VX, VY, VZ, VROLL, VPITCH, VYAW) = _next_rows(10)
 (ROW_PATH, PATH_RATE, BULGE, BULGE_RATE) = _next_rows(4)
 """Height and velocity of the path, and the factor on C^(1/3)."""
+(ROW_RAIL, RAIL_RATE) = _next_rows(2)
+"""Deflection and velocity of the rail, positive downwards; zero where it does not give way."""
+(SOFTNESS, ROW_FORCE, ROW_EXCESS, STEEPNESS, ROW_SINKS) = _next_rows(5)
+"""Of a wheel on such a rail: its local compliance, the force on it, what its solution needs, and what the present
+force adds to its velocity."""
 (ROW_U, U_RATE, ROW_G, SLOPE, ARM, ROLLING, ROW_DELTA, DELTA_RATE, ROOT_C, ROOT_C_RATE) = _next_rows(10)
 (NORMAL, NORMAL_RATE, CUBE_ROOT) = _next_rows(3)
 """Normal force N (its component along z), its rate, and N^(1/3)."""

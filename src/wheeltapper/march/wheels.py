@@ -4,8 +4,8 @@ Side σ is +1 left, -1 right; u, s and the tables count outwards from the track'
 7.2):
 
     u  = σ·(y + R·roll)
-    δ  = path + h(u) - z - σ·(s(u) - u)·roll            N  = C(u)·δ^1.5
-    g  = ∂δ/∂u = h'(u) - σ·(s'(u) - 1)·roll              δ' = path' + g·u' - z' - σ·(s - u)·roll'
+    δ  = path - rail + h(u) - z - σ·(s(u) - u)·roll     N  = C(u)·δ^1.5
+    g  = ∂δ/∂u = h'(u) - σ·(s'(u) - 1)·roll              δ' = path' - rail' + g·u' - z' - σ·(s - u)·roll'
 
 The forces are the gradient of the contact's energy: N along z, -σ·g·N along y, σ·N·(s - u - R·g) about x. On the tread
 the slip is that of a contact whose inclination is small; on the flange it lies in the inclined plane of contact.
@@ -81,8 +81,9 @@ def normal_forces(first: float, finer: float, data: FloatArray, cells: int, coun
         arm = _table_value(asm.TABLE_PLACE, i, p, L) - u
         g = slope - side * (_table_slope(asm.TABLE_PLACE, i, p, L) * finer - 1.0) * L[wheel.QROLL + i]
         lift = _table_value(asm.TABLE_LIFT, i, p, L)
-        delta = L[wheel.ROW_PATH + i] + lift - L[wheel.QZ + i] - side * arm * L[wheel.QROLL + i]
-        rate = L[wheel.PATH_RATE + i] + g * u_rate - L[wheel.VZ + i] - side * arm * L[wheel.VROLL + i]
+        height, rises = L[wheel.ROW_PATH + i] - L[wheel.ROW_RAIL + i], L[wheel.PATH_RATE + i] - L[wheel.RAIL_RATE + i]
+        delta = height + lift - L[wheel.QZ + i] - side * arm * L[wheel.QROLL + i]
+        rate = rises + g * u_rate - L[wheel.VZ + i] - side * arm * L[wheel.VROLL + i]
         root_c = _table_value(asm.ROOT_CONSTANT, i, p, L)
         root_c_rate = _table_slope(asm.ROOT_CONSTANT, i, p, L) * finer * u_rate
         c = root_c * L[wheel.BULGE + i]

@@ -35,8 +35,6 @@ def section_of(scenario: Scenario | str | Path, method: str = "default", many: b
     scenario = as_scenario(scenario)
     check_method(method)
     run.choose(run.ORBITS, scenario.needs)
-    if getattr(scenario.track, "start", None) is not None:
-        raise InputError("", "track.start", "a deck that begins or ends", "a deck without start, all along the line")
     section = Section(scenario, method)
     warn_of(section.notes)
     if not run.sections_are_ready(section.cells({}).cells, many):

@@ -91,7 +91,7 @@ def _absent_blocks(path: Path, group: Any, arrays: dict[str, Any], version: int)
     Format 1 left out chunks with nothing but NaN, and axes with nothing but zeros.
     """
     along = arrays["status"].metadata.dimension_names
-    axes = {*along, *str(group.attrs.get("coordinates", "")).split(), "parameter", "wheelset"}
+    axes = {*along, *str(group.attrs.get("coordinates", "")).split(), "parameter", "wheelset", "side"}
     for name, array in arrays.items():
         for place in chunk_places(array):
             state = state_of(path, group, name, place)

@@ -128,14 +128,25 @@ def ride_comfort(
         another vertical weighting.
     """
     check_choice(vertical_weighting, "vertical_weighting", VERTICAL_FOR_RAIL)
-    samples, rate = _three_axes(longitudinal, lateral, vertical), as_rate(rate)
-    duration, settling = samples.shape[-1] / rate, as_quantity(settling, "settling", "time", positive=False)
+    samples = _three_axes(longitudinal, lateral, vertical)
+    settling = as_quantity(settling, "settling", "time", positive=False)
+    return _assessed(samples, as_rate(rate), vertical_weighting, settling)[0]
+
+
+def _assessed(
+    samples: FloatArray, rate: float, vertical_weighting: str, settling: float
+) -> tuple[dict[str, Any], FloatArray, FloatArray]:
+    """Return the numbers of `ride_comfort`, the accelerations weighted for rail, and the running r.m.s., (3, …)."""
+    duration = samples.shape[-1] / rate
     if not settling < duration:
         raise InputError("", "settling", f"{settling:g} s", f"0 to less than the record's {duration:g} s")
-    iso, rail = _weighted_axes(samples, rate, vertical_weighting, settling)
+    begin, flat = int(settling * rate), weighted(samples[:2], rate, "Wd")
+    iso, rail = (
+        np.concatenate([flat, weighted(samples[2:], rate, name)])[:, begin:] for name in ("Wk", vertical_weighting)
+    )
     rms = _root_mean_square(iso)
     transients = running_rms(iso, rate, TRANSIENT)
-    return {
+    numbers = {
         "weighted_rms": rms,
         "weighted_rms_rail": _root_mean_square(rail),
         "vibration_total_value": float(np.linalg.norm(np.array(AXIS_FACTORS) * rms)),
@@ -143,15 +154,7 @@ def ride_comfort(
         "vibration_dose": ((iso**4).sum(axis=-1) / rate) ** 0.25,
         **_mean_comfort(rail, rate),
     }
-
-
-def _weighted_axes(
-    samples: FloatArray, rate: float, vertical_weighting: str, settling: float
-) -> tuple[FloatArray, FloatArray]:
-    """Return the counted samples (3, samples) weighted by Wd, Wd, Wk, and by Wd, Wd and the weighting for rail."""
-    begin, flat = int(settling * rate), weighted(samples[:2], rate, "Wd")
-    iso, rail = (np.concatenate([flat, weighted(samples[2:], rate, name)]) for name in ("Wk", vertical_weighting))
-    return iso[:, begin:], rail[:, begin:]
+    return numbers, rail, transients
 
 
 def _mean_comfort(rail: FloatArray, rate: float) -> dict[str, Any]:
@@ -235,11 +238,9 @@ def comfort(
         raise InputError("", "at", value_text(at), allowed)
     if not hasattr(record, "history"):
         raise InputError("", "record", value_text(record), "the record of a wagon")
-    samples = _point_acceleration(record.history(rate), body, offset)
-    x, y, z = samples
-    found = ride_comfort(x, y, z, rate, vertical_weighting=vertical_weighting, settling=settling)
-    iso, rail = _weighted_axes(samples, rate, vertical_weighting, settling)
-    counted, transients = rail.shape[1], running_rms(iso, rate, TRANSIENT)
+    samples = _three_axes(*_point_acceleration(record.history(rate), body, offset))
+    found, rail, transients = _assessed(samples, rate, vertical_weighting, settling)
+    counted = rail.shape[1]
     running = np.full(rail.shape, np.nan)
     running[:, counted - transients.shape[1] :] = transients
     ends = settling + BLOCK * np.arange(1, found["blocks"] + 1)

@@ -32,21 +32,23 @@ def bush_energy(lowered: Lowered, ends: FloatArray) -> float:
     return float(0.5 * ends[dense.OUT_DAMPER_FORCE] ** 2 / damper[contract.DAMPER_BUSH])
 
 
-def stop_events(lowered: Lowered, stops: FloatArray) -> xr.Dataset:
-    """Return the table of stops that the end meets and leaves."""
+def stop_events(stops: FloatArray, unit: float, wheelset: NDArray[np.int64] | None) -> xr.Dataset:
+    """Return the table of stops that ends meet and leave, with times in a unit, s, and numbers of several wheelsets."""
     import xarray as xr
 
     kinds = np.array(KINDS)[stops[:, contract.STOP_KIND].astype(int)]
     sides = np.where(stops[:, contract.STOP_SIDE] > 0.0, SIDES[1], SIDES[0])
     told: dict[str, tuple[Any, str, str]] = {
-        "time": (stops[:, contract.STOP_TIME] * lowered.time, "s", "time since the wheel was at x = 0"),
+        "time": (stops[:, contract.STOP_TIME] * unit, "s", "time since the wheel was at x = 0"),
         "kind": (kinds, "", "reached: the damper begins to act; left: it ceases to"),
         "side": (sides, "", "stop of the damper's end at which the wheel is: lower or upper"),
     }
+    if wheelset is not None:
+        told["wheelset"] = wheelset, "", "number of the wheelset, from the leading one"
     return xr.Dataset(
         {
-            name: ("damper_event", values, {"units": unit, "long_name": text})
-            for name, (values, unit, text) in told.items()
+            name: ("damper_event", values, {"units": units, "long_name": text})
+            for name, (values, units, text) in told.items()
         }
     )
 

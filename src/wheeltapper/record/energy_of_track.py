@@ -1,29 +1,37 @@
-"""What a ring's kept modes and the residual take, store and lose in a run (docs/theory/track.rst, section 13.7)."""
+"""What a ring takes, stores and loses in a run (docs/theory/track.rst, section 13.7)."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from wheeltapper.lower.on_rails import LoweredOnRails
-from wheeltapper.lower.track.energy import Group, energy_groups, lost_power, received_power, stored_energy
-from wheeltapper.lower.track.irregular import IrregularModes, pressed_by_extras, regular_amplitudes
+from wheeltapper.lower.track.energy import POWERS, RingEnergy
+from wheeltapper.lower.track.irregular import IrregularModes, regular_amplitudes
 from wheeltapper.lower.track.readouts import places_of
-from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.lower.track.section import Section
+from wheeltapper.lower.track.works import (
+    Pressed,
+    Products,
+    RingPowers,
+    RingState,
+    by_zeta,
+    driven,
+    powers_of,
+    products_of,
+    read,
+    stored_by,
+)
 from wheeltapper.march import run
+from wheeltapper.march.general.replay import Starts
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.task import Marched
 
-ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
-CHUNK = 2048
-"""Times that are looked at together; their modes and shapes take 16 bytes each and mode."""
-NODES = 10
-"""Of the Gauss rule between two joints of the logged force, for what the dampers take."""
+AT_ONCE = 16
+"""Macro steps that are looked at together: so many that the modes at their nodes stay in the processor's cache."""
 
 
 class TrackWorks(NamedTuple):
@@ -32,113 +40,163 @@ class TrackWorks(NamedTuple):
     Attributes
     ----------
     stored
-        Change of the energy of the kept modes.
-    residual
-        Change of that of the residual, r·N²/2.
+        Change of the energy of the track's deflection and velocity, the residual's included.
     lost
         Dissipated in rail, pads and ballast.
-    received
-        What the kept modes took of the contact forces, and of what differs at anomalous seats.
+    given
+        What the contact forces did at the velocity of the rail under them.
     anomalies
-        What they took of the latter alone, and of the ballast under voids.
-    pressed
-        The forces times the velocity of the rail under them, as the kept modes have it.
+        What forces of anomalous seats did, and those of the ballast under voids.
+    missed
+        What `given` and `anomalies` do that is neither stored nor lost, because the modes beyond the cut-off are at
+        rest at any time.
     slope
         What the wheels' forces do as the wheels go on along a rail that is not level, against their traction.
+    sudden
+        What the residual took of the contacts, as forces jumped: part of `given` and of `stored`.
     """
 
     stored: float
-    residual: float
     lost: float
+    given: float
     anomalies: float
-    received: float
-    pressed: float
+    missed: float
     slope: float
+    sudden: float
+
+
+GIVEN = TrackWorks._fields.index("given") - 1
+"""Of the works that are integrals over time."""
+
+
+class _Rail(NamedTuple):
+    """Forces of the wheels at some times and the rail under them, (wheels, times) each.
+
+    Attributes
+    ----------
+    force
+        N.
+    velocity
+        Of the rail, m/s, as the modes have it; of a ring of equal bays it is not looked for.
+    slope
+        Of the rail, with that of the residual.
+    residual
+        m/N.
+    """
+
+    force: FloatArray
+    velocity: FloatArray
+    slope: FloatArray
+    residual: FloatArray
 
 
 def track_works(section: Section, lowered: LoweredOnRails, march: Marched) -> TrackWorks:
     """Return energies and works of the track of a run."""
     assert lowered.modes is not None
-    ring, modes = lowered.modes.ring, lowered.modes
-    groups = energy_groups(section, ring.bays * ring.seats, modes.cutoff)
-    both = np.array([0.0, march.end])
-    stored = float(np.diff(stored_energy(groups, _regular(modes, run.modes_of_track(march, both).amplitudes)))[0])
-    forces = run.replay_rails(march, both).force
-    speed, held = lowered.program.system.speed, 0.0
-    sums = np.zeros(3)
+    ring = lowered.modes.ring
+    known = products_of(section, ring.bays * ring.seats, lowered.modes.cutoff)
+    energy, starts, works = known.energy, run.starts_on_rails(march), np.zeros(len(TrackWorks._fields) - 2)
+    for rule in run.rules_on_rails(march, AT_ONCE):
+        state, rail = _track_at(energy, lowered, march, rule.times, starts)
+        lost, given, anomalies, missed = powers_of(energy, known, state)
+        if state.beside is not None:  # there the rail has deflections of its own
+            missed += (rail.force * rail.velocity).sum(axis=0) - given
+            given = (rail.force * rail.velocity).sum(axis=0)
+        slope = lowered.program.system.speed * (rail.force * rail.slope).sum(axis=0)
+        works += np.stack([lost, given, anomalies, missed, slope]) @ rule.weights
+    works[:-1] += _done_by_jumps(energy, known, lowered, march)
+    state, rail = _track_at(energy, lowered, march, np.array([0.0, march.end]), run.starts_on_rails(march))
+    stored = float(np.diff(stored_by(energy, known, state, rail.residual))[0])
+    works[GIVEN] += 0.5 * np.diff((rail.residual * rail.force**2).sum(axis=0))[0]
+    return TrackWorks._make([stored, *works.tolist(), _taken_by_jumps(lowered, march)])
+
+
+def _done_by_jumps(energy: RingEnergy, known: Products, lowered: LoweredOnRails, march: Marched) -> FloatArray:
+    """Return the works, as in `RingPowers`, of forces that jump.
+
+    The powers have terms with the rate of the forces, over which the integral is the jump times the mean of both sides.
+    What has the rate twice, the residual's own loss, has no integral; a jump is taken to lose nothing there.
+    """
+    times, modes = run.jumps_on_rails(march), lowered.modes
+    assert modes is not None
+    if not times.size:
+        return np.zeros(len(RingPowers._fields))
+    found = run.modes_of_track(march, times.ravel(), False, run.starts_on_rails(march))
+    turned = modes.ring.turns ** np.diff(found.bay)[::2, None]
+    jump = found.forced[1::2] - found.forced[::2] * turned
+    regular = regular_amplitudes(modes, jump) if isinstance(modes, IrregularModes) else jump
+    after, _ = _track_at(energy, lowered, march, times[:, 1], run.starts_on_rails(march))
+    before, later = found.force[::2], found.force[1::2]
+    wheels = list[Pressed]()
+    for number, one in enumerate(after.wheels):
+        powers, _ = by_zeta(energy.modes.ring, one.at, POWERS)
+        mean, step = (0.5 * (before + later))[:, [number]], (later - before)[:, [number]]
+        wheels.append(Pressed(one.at, powers * mean, powers * step))
+    state = after._replace(rates=after.rates - 0.5 * regular, wheels=wheels)
+    if after.beside is not None:
+        other = regular - np.sum([driven(energy.modes.ring, one.at, one.changes) for one in wheels], axis=0)
+        state = state._replace(beside=after.beside - 0.5 * other, beside_rates=other)
+    done, undone = (np.stack(powers_of(energy, known, _times(state, sign))) for sign in (1.0, -1.0))
+    odd: FloatArray = 0.5 * (done - undone)
+    return np.asarray(odd.sum(axis=1))
+
+
+def _taken_by_jumps(lowered: LoweredOnRails, march: Marched) -> float:
+    """Return what the residual took of the contacts as their forces jumped, J."""
+    assert lowered.modes is not None
+    times, wheels = run.jumps_on_rails(march), lowered.program.system.wheels
+    x = lowered.program.system.speed * times[:, 1:] + np.array([wheel.position for wheel in wheels])
+    residual = _residual(lowered.modes.ring, x.ravel())[0].reshape(x.shape)
+    force = run.replay_rails(march, times.ravel()).force[:, : len(wheels)].reshape(*times.shape, len(wheels))
+    return float(0.5 * (residual * np.diff(force**2, axis=1)[:, 0]).sum())
+
+
+def _times(state: RingState, sign: float) -> RingState:
+    """Return a state with what has the rate of the forces times a number."""
+    rates = None if state.beside_rates is None else sign * state.beside_rates
+    wheels = [one._replace(changes=sign * one.changes) for one in state.wheels]
+    return state._replace(wheels=wheels, beside_rates=rates)
+
+
+def _track_at(
+    energy: RingEnergy, lowered: LoweredOnRails, march: Marched, times: FloatArray, starts: Starts
+) -> tuple[RingState, _Rail]:
+    """Return the ring of equal bays, and the rail under the wheels, at some times."""
+    modes, regular, speed = lowered.modes, energy.modes.ring, lowered.program.system.speed
+    assert modes is not None
+    ring, irregular = modes.ring, isinstance(modes, IrregularModes)
+    found = run.modes_of_track(march, times, irregular, starts)
+    held, rates = found.amplitudes, ring.rates * found.amplitudes + found.forced
+    rail = _Rail(*np.zeros((4, len(lowered.program.system.wheels), len(times))))
+    wheels = list[Pressed]()
     for number, contact in enumerate(lowered.program.system.wheels):
-        held += float(np.diff(_residual(ring, speed * both + contact.position)[0] * forces[:, number] ** 2)[0])
-        rule = run.pressing_on_rails(march, number)
-        for first in range(0, len(rule.times), CHUNK):
-            some = slice(first, first + CHUNK)
-            powers = _powers(modes, groups, march, rule.times[some], contact.position, speed, rule.force[some])
-            sums += powers @ (rule.force[some] * rule.weights[some])
-    lost, anomalies = _lost(modes, groups, march)
-    for number, port in enumerate(lowered.program.system.ports, len(lowered.program.system.wheels)):
-        rule = run.pressing_on_rails(march, number)
-        for first in range(0, len(rule.times), CHUNK):
-            some = slice(first, first + CHUNK)
-            here = _regular(modes, run.modes_of_track(march, rule.times[some]).amplitudes)
-            taken = received_power(groups, here, np.broadcast_to(_regular(modes, port.drive[None]), here.shape))
-            anomalies += float(taken @ (rule.force[some] * rule.weights[some]))
-    sums[0] += anomalies
-    return TrackWorks(stored, 0.5 * held, lost, anomalies, *sums.tolist())
-
-
-def _regular(modes: TrackModes | IrregularModes, amplitudes: ComplexArray) -> ComplexArray:
-    """Return amplitudes as those of the ring of equal bays, whose energy is known."""
-    return regular_amplitudes(modes, amplitudes) if isinstance(modes, IrregularModes) else amplitudes
-
-
-def _powers(
-    modes: TrackModes | IrregularModes, groups: tuple[Group, ...], march: Marched, times: FloatArray, position: float,
-    speed: float, force: FloatArray,
-) -> FloatArray:  # fmt: skip
-    """Return, per unit of a contact's force, what modes receive, the rail's velocity, its slope's power: (3, times)."""
-    ring = modes.ring
-    found = run.modes_of_track(march, times)
-    x = speed * times + position
-    at = places_of(ring, x)
-    here = ring.turns ** (at.bay - found.bay)[:, None] * found.amplitudes
-    powers = at.zeta[:, None] ** np.arange(ring.deflection.shape[1])
-    shapes, drives, slopes = (np.empty(here.shape, dtype=complex) for _ in range(3))
-    for one in np.unique(at.element):
-        some = at.element == one
-        half = 0.5 * (ring.edges[one + 1] - ring.edges[one])
-        shapes[some], drives[some] = powers[some] @ ring.deflection[one], powers[some] @ ring.drive[one]
-        slopes[some] = powers[some, :-1] @ polynomial.polyder(ring.deflection[one]) / half
-    steep = np.real((slopes * here) @ ring.weights) + 0.5 * force * _residual(ring, x)[1]
-    velocity = np.real((shapes * ring.rates * here) @ ring.weights)
-    received = received_power(groups, _regular(modes, here), _regular(modes, drives))
-    return np.stack([received, velocity, speed * steep])
+        x, force = speed * times + contact.position, found.force[:, [number]]
+        at = places_of(regular, x)
+        powers, slopes = by_zeta(regular, at, POWERS)
+        changes = speed * slopes * force + powers * found.force_rate[:, [number]]
+        wheels.append(Pressed(at if irregular else at._replace(bay=at.bay - found.bay), powers * force, changes))
+        at = places_of(ring, x)
+        at, shapes = at._replace(bay=at.bay - found.bay), ring.weights * ring.deflection
+        powers, slopes = by_zeta(ring, at, ring.deflection.shape[1])
+        rail.force[number] = force[:, 0]
+        rail.residual[number], steep = _residual(ring, x)
+        rail.slope[number] = (slopes * read(ring, [shapes], held, at)[:, 0]).sum(axis=1) + 0.5 * steep * force[:, 0]
+        if irregular:
+            rail.velocity[number] = (powers * read(ring, [shapes], rates, at)[:, 0]).sum(axis=1)
+    if not isinstance(modes, IrregularModes):
+        return RingState(held, rates, wheels), rail
+    bends = ring.rates * rates + found.forced_rate
+    held, rates, bends = (regular_amplitudes(modes, one) for one in (held, rates, bends))
+    beside, beside_rates = rates - regular.rates * held, bends - regular.rates * rates
+    for wheel in wheels:
+        beside -= driven(regular, wheel.at, wheel.powers)
+        beside_rates -= driven(regular, wheel.at, wheel.changes)
+    return RingState(held, rates, wheels, beside, beside_rates), rail
 
 
 def _residual(ring: Ring, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the residual and its slope at positions."""
     at = places_of(ring, x)
-    powers = at.zeta[:, None] ** np.arange(ring.residual.shape[1])
-    slopes = polynomial.polyder(ring.residual, axis=1) * 2.0 / (ring.edges[1] - ring.edges[0])
-    return (
-        np.einsum("xp,xp->x", powers, ring.residual[at.element]),
-        np.einsum("xp,xp->x", powers[:, :-1], slopes[at.element]),
-    )
-
-
-def _lost(modes: TrackModes | IrregularModes, groups: tuple[Group, ...], march: Marched) -> tuple[float, float]:
-    """Return what the track's dampers take, and what the kept modes take of what differs at seats.
-
-    By Gauss rules between the joints of all contacts' forces.
-    """
-    edges = run.joints_on_rails(march)
-    places, weights = np.polynomial.legendre.leggauss(NODES)
-    times = edges[:-1, None] + 0.5 * np.diff(edges)[:, None] * (places + 1.0)
-    factors = (0.5 * np.diff(edges)[:, None] * weights).ravel()
-    lost = taken = 0.0
-    for first in range(0, times.size, CHUNK):
-        some = slice(first, first + CHUNK)
-        own = run.modes_of_track(march, times.ravel()[some]).amplitudes
-        here = _regular(modes, own)
-        lost += float(lost_power(groups, here) @ factors[some])
-        if isinstance(modes, IrregularModes):
-            taken += float(received_power(groups, here, pressed_by_extras(modes, own)) @ factors[some])
-    return lost, taken
+    powers, slopes = by_zeta(ring, at, ring.residual.shape[1])
+    own = ring.residual[at.element]
+    return np.einsum("xp,xp->x", powers, own), np.einsum("xp,xp->x", slopes, own)

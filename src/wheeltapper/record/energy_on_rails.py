@@ -11,6 +11,8 @@ from wheeltapper.lower.on_rails import LoweredOnRails
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.march import run
 from wheeltapper.record.balanced import AT_REST
+from wheeltapper.record.dampers_on_rails import first_stop
+from wheeltapper.record.elements_on_rails import element_energies, first_element
 from wheeltapper.record.energy_of_track import track_works
 
 if TYPE_CHECKING:
@@ -19,15 +21,16 @@ if TYPE_CHECKING:
     from wheeltapper.march.general.task import Marched
 
 MEANINGS = {
-    "kinetic": "change of kinetic energy of the vehicle",
-    "elastic": "change of elastic energy of the vehicle's springs",
-    "dissipated": "energy dissipated in the vehicle's dampers",
+    "kinetic": "change of kinetic energy of the vehicle, and of a deck",
+    "elastic": "change of elastic energy of the vehicle's springs, and of a deck's",
+    "dissipated": "energy dissipated in the vehicle's dampers and by its dry friction, and in a deck's dampers",
+    "dissipated_friction": "of that, by dry friction",
     "into_contact": "energy that the contacts took: that of their elastic compression, and what they dissipated",
     "into_track": "energy that the contact forces gave to the track",
     "track_stored": "change of kinetic and elastic energy of the track, the residual's included",
     "track_dissipated": "energy dissipated in rail, pads and ballast",
     "into_anomalies": "energy that went into what differs at anomalous seats, and into the ballast below voids",
-    "work_of_load": "work of load and weight",
+    "work_of_load": "work of load and weight, and of a deck's prestress",
     "work_of_irregularity": "work of the irregularity",
     "work_of_traction": "work of what keeps the wheels' speed along the slope of the bent rail",
     "imbalance": "what is left of the balance",
@@ -50,28 +53,35 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
     kinetic, elastic = found.ends[1] - found.ends[0]
     wheels = len(lowered.program.system.wheels)
     taken, path, contact = (float(one[:wheels].sum()) for one in (found.bodies, found.path, found.contact))
+    of_stops = found.bodies[first_stop(lowered) : first_element(lowered)]
+    damped = np.array([len(stop.sides) > 1 for stop in lowered.stops], dtype=bool)  # a rigid end; others are springs
+    elastic, lost = elastic + float(of_stops[~damped].sum()), found.dissipated + float(of_stops[damped].sum())
+    springs, dampers, friction = element_energies(lowered, march, found.bodies)
+    elastic, lost = elastic + springs, lost + dampers + friction
     values = {
-        "kinetic": kinetic, "elastic": elastic, "dissipated": found.dissipated, "into_contact": contact,
+        "kinetic": kinetic, "elastic": elastic, "dissipated": lost, "into_contact": contact,
         "into_track": taken + path - contact, "work_of_load": found.load, "work_of_irregularity": path,
-        "imbalance": kinetic + elastic + found.dissipated + taken - found.load,
+        "imbalance": kinetic + elastic + lost + taken - found.load,
     }  # fmt: skip
+    if any(element.slider[0] for element in lowered.plane.elements):
+        values["dissipated_friction"] = friction
     exchanged = found.dissipated + float(np.abs(found.bodies).sum() + np.abs(found.path).sum()) + abs(found.load)
     shares = dict[str, tuple[float, str]]()
     if lowered.modes is not None:
         of_track = track_works(section_of(scenario.track), lowered, march)
+        values["into_contact"] -= of_track.sudden
+        values["into_track"] += of_track.sudden
         values |= {
-            "track_stored": of_track.stored + of_track.residual, "track_dissipated": of_track.lost,
-            "work_of_traction": -of_track.slope,
+            "track_stored": of_track.stored, "track_dissipated": of_track.lost, "work_of_traction": -of_track.slope,
         }  # fmt: skip
         if lowered.anomalies.extras:
             values["into_anomalies"] = -of_track.anomalies
             exchanged += abs(of_track.anomalies)
-        values["imbalance"] += of_track.stored + of_track.lost - of_track.received
+        values["imbalance"] += of_track.stored + of_track.lost + of_track.missed - of_track.given - of_track.anomalies
         exchanged += of_track.lost + abs(of_track.slope)
-        missed = of_track.pressed - of_track.received
         shares["truncation"] = (
-            missed,
-            "force times velocity of the rail, less what the kept modes take, over energy exchanged",
+            of_track.missed,
+            "force times velocity of the rail, less what the track stores and dissipates, over energy exchanged",
         )
     shares["relative_imbalance"] = values["imbalance"], "imbalance over energy exchanged and that of contacts at rest"
     variables = {

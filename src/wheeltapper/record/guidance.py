@@ -51,36 +51,7 @@ def guidance(
     record: Record, *, cutoff: float | str | None = CUTOFF, order: int = 4, window: float | str = WINDOW,
     settling: float | str = 0.0, rate: float | str | None = None,
 ) -> xr.Dataset:  # fmt: skip
-    """Return guiding forces, their quotients and T-gamma of a wagon's wheels over time, filtered and averaged.
-
-    Parameters
-    ----------
-    record
-        Of a wagon.
-    cutoff
-        Frequency at which Y and Q are low-passed, -3 dB, without phase, Hz; None: not at all.
-    order
-        Even order of the filter: 4 falls by 24 dB per octave.
-    window
-        Length of way of the sliding mean, m, rounded to an odd number of samples; 0: no mean.
-    settling
-        Seconds at the beginning that are filtered but not returned.
-    rate
-        Samples per second, Hz; by default 100 for a period of the cut-off frequency, and at least 20 000.
-
-    Returns
-    -------
-    xarray.Dataset
-        `RESULTS` over time, wheelset and side: ΣY without side, T-gamma also over surface (tread, flange). A mean
-        stands at the middle of its window; where that is not all in the run, or in the settling, it is NaN. Forces are
-        filtered first, then divided, then averaged. T-gamma is averaged only.
-
-    Raises
-    ------
-    InputError
-        For a record without lateral forces, an odd order, a rate of less than 10 for a period of the cut-off, or a run
-        that is too short.
-    """
+    """Return guiding forces, their quotients and T-gamma of a wagon's wheels over time; see `Record.guidance`."""
     import xarray as xr
 
     from wheeltapper.march import run

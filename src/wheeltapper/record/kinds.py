@@ -15,7 +15,7 @@ from wheeltapper.ground.outcome import Outcome
 from wheeltapper.march import assembly, run
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
-from wheeltapper.record import balanced
+from wheeltapper.record import balanced, suspension
 from wheeltapper.record.contacts import Contacts
 
 if TYPE_CHECKING:
@@ -38,6 +38,10 @@ OUTCOMES = {
     layout.UNSOLVED: Outcome.UNSOLVED,
 }
 """Outcome of each status of a march."""
+
+
+def _no_stops(lowered: Any, march: Any) -> tuple[FloatArray, NDArray[np.int64]]:
+    return contract.NO_STOPS, np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +74,11 @@ class Kind:
         Tables and attributes of a file that contain the program and the rest of the march.
     read
         From a file's contents to both; what no march can have written is refused.
+    stops
+        The table of the stops that dampers' ends meet (`wheeltapper.march.program`), in the march's unit of time, and
+        the wheelset of each, from zero.
+    element_events
+        The events of what is not linear in the suspensions.
     seat_events
         Events at seats of the track: time in s, kind, seat, position in m, rate in m/s; None where there are none.
     balance_is_dear
@@ -89,6 +98,8 @@ class Kind:
     integrate: Callable[[Scenario, Any, Any], tuple[FloatArray, Callable[[], xr.Dataset]]]
     tables: Callable[[Any, Any], tuple[dict[str, Any], dict[str, Any]]]
     read: Callable[[Scenario, xr.Dataset], tuple[Any, Any]]
+    stops: Callable[[Any, Any], tuple[FloatArray, NDArray[np.int64]]] = _no_stops
+    element_events: Callable[[Scenario, Any, Any], xr.Dataset] = lambda scenario, lowered, march: suspension.no_events()
     seat_events: Callable[[Scenario, Any, Any], dict[str, NDArray[Any]] | None] = lambda scenario, lowered, march: None
     balance_is_dear: bool = False
 
@@ -96,7 +107,7 @@ class Kind:
 def kind_of(scenario: Scenario) -> Kind:
     """Return what is known of the march that simulates a scenario."""
     marcher = run.choose(run.SIMULATE, scenario.needs)
-    if marcher is run.WAGON:
+    if marcher in (run.WAGON, run.WAGON_ON_RAILS):
         from wheeltapper.record.wagon import WAGON
 
         return WAGON

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.needs import OWN_LAW
+from wheeltapper.describe.vehicle.plane import end_name
+from wheeltapper.ground.needs import OWN_LAW, YIELDING
 from wheeltapper.ground.notes import Note
-from wheeltapper.lower.on_rails import LoweredOnRails, lower_on_rails
+from wheeltapper.lower.on_rails import DECK, LoweredOnRails, lower_on_rails
 from wheeltapper.lower.own_law import FASTEST
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
@@ -19,8 +20,10 @@ from wheeltapper.march.general.layout import ROW_COLUMNS
 from wheeltapper.march.general.tables import longest_step
 from wheeltapper.march.general.task import SPAN_BEGIN, SPAN_LENGTH, Marched
 from wheeltapper.march.telling import GENERAL_CHUNK
-from wheeltapper.record import extent
+from wheeltapper.record import extent, yielded
 from wheeltapper.record.contacts import Contacts
+from wheeltapper.record.dampers_on_rails import damper_motion, has_ends, stops_met
+from wheeltapper.record.elements_on_rails import element_events, element_motion
 from wheeltapper.record.kinds import Kind, Variables
 from wheeltapper.record.labels import VOID_OPENS
 from wheeltapper.record.stored_task import read, tables
@@ -33,6 +36,7 @@ WHEELSET = ("wheel_displacement", "wheel_velocity", "wheel_acceleration")
 """Variables of the motion of a wheelset's centre; other freedoms have variables of their own names."""
 MOTIONS = ("", "_velocity", "_acceleration")
 """What follows a freedom's name: its displacement or rotation, and the two derivatives."""
+DECK_MOTIONS = "_displacement", "_velocity", "_acceleration"
 
 
 def _row_bytes(scenario: Scenario) -> float:
@@ -42,7 +46,9 @@ def _row_bytes(scenario: Scenario) -> float:
 def _lower(scenario: Scenario, method: str) -> LoweredOnRails:
     lowered = lower_on_rails(scenario, method)
     task = lowered.program
-    extent.check_duration(scenario, task.duration / longest_step(task.system.ring, task.method), _row_bytes(scenario))
+    extent.check_duration(
+        scenario, task.duration / longest_step(task.system.ring, task.method, task.system.bodies), _row_bytes(scenario)
+    )
     return lowered
 
 
@@ -51,7 +57,9 @@ def _teller(scenario: Scenario, lowered: LoweredOnRails) -> Callable[[float], bo
 
 
 def _beyond(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tuple[Note, ...]:
-    """Return notes where a run went beyond the table of a law of one's own."""
+    """Return notes where a run went beyond a plastic law, or beyond the table of a law of one's own."""
+    if YIELDING in scenario.needs:
+        return yielded.beyond_law_on_rails(scenario, lowered, march)
     if OWN_LAW not in scenario.needs:
         return ()
     (deepest, fastest), largest = run.extremes_on_rails(march), float(scenario.contact.largest)
@@ -61,7 +69,7 @@ def _beyond(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tupl
     )
     rate = (
         f"the indentation's rate reached {fastest:.4g} m/s; the table of the contact's law ends at {FASTEST:g} m/s, "
-        "beyond which the rate makes no difference"
+        "beyond which the force goes on straight"
     )
     gone = ((depth, deepest / largest), (rate, fastest / FASTEST if scenario.contact.takes_rate else 0.0))
     return tuple(Note(text, "own law", ratio, doubtful=True) for text, ratio in gone if ratio > 1.0)
@@ -76,7 +84,8 @@ def _seat_events(scenario: Scenario, lowered: LoweredOnRails, march: Marched) ->
     """Return where voids below sleepers close and open; a rate is that of the sleeper, downwards."""
     if not lowered.anomalies.voids:
         return None
-    rows = march.seat_events
+    voids = march.seat_events[:, contract.EVENT_CONTACT] < len(lowered.anomalies.voids)
+    rows = march.seat_events[voids]
     seats = np.array([void.seat for void in lowered.anomalies.voids])
     seat = seats[rows[:, contract.EVENT_CONTACT].astype(int)]
     return {
@@ -103,11 +112,25 @@ def _sample(scenario: Scenario, lowered: LoweredOnRails, march: Marched, times: 
         "indentation": (touching, found.indentation[:, :wheels]),
         "constraint": (touching, found.path[:, :wheels]),
     }
+    if YIELDING in scenario.needs:
+        contacts = march.found.prepared.system.wheels
+        left = [
+            yielded.permanent_on_rails(one, found.indentation[:, i], one.start + float(scenario.speed) * times)
+            for i, one in enumerate(contacts)
+        ]
+        out["permanent_indentation"] = touching, np.stack(left, axis=1)
     if lowered.modes is not None:
         out["rail_displacement"] = touching, -found.rail[:, :wheels]
+    if has_ends(lowered):
+        place, force = damper_motion(lowered, march, times, found)
+        out |= {"damper_end_displacement": (touching, place), "damper_force": (touching, force)}
+    out |= element_motion(lowered, found)
+    ends = [end_name(i) for i in range(wheels)]
     for freedom in range(wheels, len(lowered.plane.freedoms)):
+        if lowered.plane.freedoms[freedom] in ends:
+            continue
         name = lowered.plane.freedoms[freedom].replace(" ", "_")
-        for after, values in zip(MOTIONS, motions, strict=True):
+        for after, values in zip(DECK_MOTIONS if name == DECK else MOTIONS, motions, strict=True):
             out[name + after] = along, values[:, freedom]
     return out
 
@@ -138,6 +161,8 @@ ON_RAILS = Kind(
     sample=_sample,
     seat_events=_seat_events,
     integrate=_integrate,
+    stops=stops_met,
+    element_events=element_events,
     balance_is_dear=True,
     tables=tables,
     read=read,

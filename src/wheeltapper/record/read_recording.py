@@ -252,7 +252,10 @@ def _numbered_grid(values: NDArray[Any], name: str, stated: float | None, table:
 
 def _placed_values(values: NDArray[Any], grid: Grid, filling: float) -> NDArray[Any]:
     """Return values on their grid, and a filling in its gaps."""
-    placed = np.full(int(grid.numbers[-1]) + 1 if len(grid.numbers) else 0, filling, dtype=values.dtype)
+    count = int(grid.numbers[-1]) + 1 if len(grid.numbers) else 0
+    if count == len(grid.numbers):  # there are no gaps
+        return values
+    placed = np.full(count, filling, dtype=values.dtype)
     placed[grid.numbers] = values
     return placed
 

@@ -184,12 +184,14 @@ def _gap_notes(numbers: NDArray[np.int64], times: FloatArray) -> tuple[str, ...]
 
 def check_samples(samples: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
     """Return samples with NaN for missing ones; refuse fewer than 16 others."""
-    infinite = np.isinf(samples)
-    missing = int(np.isnan(samples).sum())
-    notes = [f"{missing} missing values of {len(samples)}"] if missing else []
-    notes += [f"{int(infinite.sum())} infinite values taken as missing"] if infinite.any() else []
-    samples = np.where(infinite, np.nan, samples)
-    there = samples[~np.isnan(samples)]
+    notes = []
+    there = samples
+    if not np.isfinite(samples).all():
+        infinite, missing = np.isinf(samples), int(np.isnan(samples).sum())
+        notes += [f"{missing} missing values of {len(samples)}"] if missing else []
+        notes += [f"{int(infinite.sum())} infinite values taken as missing"] if infinite.any() else []
+        samples = np.where(infinite, np.nan, samples)
+        there = samples[~np.isnan(samples)]
     if len(there) < FEWEST:
         found = f"{len(there)} samples" + (f" besides {len(samples) - len(there)} missing" if notes else "")
         raise InputError("", "samples", found, f"at least {FEWEST}")
@@ -206,8 +208,9 @@ def clipped_samples(samples: FloatArray, quantity: Quantity) -> tuple[NDArray[np
     """
     marked = np.zeros(len(samples), dtype=bool)
     notes = []
-    if np.nanmin(samples) < np.nanmax(samples):
-        for name, end in (("largest", np.nanmax(samples)), ("smallest", np.nanmin(samples))):
+    lowest, highest = np.nanmin(samples), np.nanmax(samples)
+    if lowest < highest:
+        for name, end in (("largest", highest), ("smallest", lowest)):
             runs = _long_runs(samples == end)
             if not len(runs):
                 continue
@@ -224,8 +227,9 @@ def clipped_samples(samples: FloatArray, quantity: Quantity) -> tuple[NDArray[np
 
 def _long_runs(there: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return the lengths of the runs of three or more."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], there.astype(np.int8), [0]))))
-    lengths = edges[1::2] - edges[::2]
+    places = np.flatnonzero(there)
+    begins = np.flatnonzero(np.diff(places, prepend=-2) > 1)
+    lengths = np.diff(begins, append=len(places))
     return lengths[lengths >= RUN].astype(np.int64)
 
 

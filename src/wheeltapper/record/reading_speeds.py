@@ -42,15 +42,20 @@ def read_speeds(path: str | Path) -> dict[str, float]:
         raise error.at(str(path)) from None
 
 
-def _speeds_in(text: str) -> dict[str, float]:
+def table_rows(text: str) -> tuple[list[list[str]], str]:
+    """Return the rows of a table in text, each a list of cells, and what separates them: commas, semicolons or tabs."""
     lines = text.splitlines()
     mark = max(";\t,", key=(lines[0] if lines else "").count)
-    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=mark)]
+    return [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=mark)], mark
+
+
+def _speeds_in(text: str) -> dict[str, float]:
+    rows, mark = table_rows(text)
     titles = [name_and_unit(title, ("speed",)) for title in (rows[0] if rows else [])]
     names = [name.strip().lower() for name, _ in titles]
     places = [next((i for i, name in enumerate(names) if name in known), None) for known in (FILES, SPEEDS)]
     if None in places:
-        raise InputError("", "line 1", value_text(lines[0] if lines else ""), HEADER)
+        raise InputError("", "line 1", value_text(mark.join(rows[0]) if rows else ""), HEADER)
     file, speed = (int(place) for place in places if place is not None)
     unit, out = plain_unit(titles[speed][1]), {}
     if unit not in ("", *UNITS["speed"]):

@@ -101,6 +101,10 @@ class Record:
         }
 
     @cached_property
+    def _seat_events(self) -> Columns | None:
+        return self._kind.seat_events(self.scenario, self._lowered, self._march)
+
+    @cached_property
     def _peaks(self) -> Columns:
         rows, units = self._march.peaks, self._lowered
         return {
@@ -140,10 +144,9 @@ class Record:
         rate, place = held.pop("indentation_rate"), self._contacts.position
         held["position"] = self.scenario.speed * held["time"] + place[held["contact"] % len(place)]
         held["indentation_rate"] = rate
-        seated = self._kind.seat_events(self.scenario, self._lowered, self._march)
-        if seated is not None:
+        if self._seat_events is not None:
             held["seat"] = np.full(len(rate), NO_SEAT)
-            seated["contact"] = np.full(len(seated["time"]), NO_SEAT)
+            seated = self._seat_events | {"contact": np.full(len(self._seat_events["time"]), NO_SEAT)}
             order = np.argsort(np.append(held["time"], seated["time"]), kind="stable")
             held = {name: np.append(values, seated[name])[order] for name, values in held.items()}
         return self._public_table("event", held | {"kind": np.array(EVENT_KINDS)[held["kind"]]})
@@ -203,9 +206,24 @@ class Record:
 
     @cached_property
     def damper_events(self) -> xr.Dataset:
-        """Events of a damper with play: its end reaches a stop ("reached") or leaves it ("left"); time, kind, side."""
+        """Events of a damper with play: its end reaches a stop ("reached") or leaves it ("left"); time, kind, side.
+
+        Of several wheelsets also the number of the `wheelset`.
+        """
         run.choose(run.DAMPER_EVENTS, self.scenario.needs)
-        return damper.stop_events(self._lowered, self._march.stops)
+        stops, wheelset = self._kind.stops(self._lowered, self._march)
+        number = wheelset + 1 if self._contacts.has_several else None
+        return damper.stop_events(stops, self._lowered.time, number)
+
+    @cached_property
+    def suspension_events(self) -> xr.Dataset:
+        """Events of what is not linear in the suspensions: time, element, kind, side, rate of compression.
+
+        Dry friction slips (begins to, or turns round) or sticks, a bumpstop is met or left, and a spring or a damper
+        goes beyond a corner or comes back within it. Of a wagon they are those of its friction elements.
+        """
+        run.choose(run.SUSPENSION_EVENTS, self.scenario.needs)
+        return self._kind.element_events(self.scenario, self._lowered, self._march)
 
     # -- the dense solution -----------------------------------------------------------------------------------------
 
@@ -232,7 +250,7 @@ class Record:
     def track(
         self, rate: float | str | None = None, rail: Sequence[float | str] = (), seat: Sequence[int] = ()
     ) -> xr.Dataset:
-        """Return what rail, pads, sleepers and ballast do, at places of one rail over time.
+        """Return what rail, pads, sleepers and ballast do, at places of a rail over time.
 
         Parameters
         ----------
@@ -249,8 +267,8 @@ class Record:
             Over `time` and `rail`: rail_displacement, rail_acceleration, rail_strain (in bending, at the foot, tension
             positive), rail_shear. Over `time` and `seat`: sleeper_displacement, sleeper_acceleration, pad_force,
             ballast_force (compression positive); on a slab the pad's force alone. Displacements and accelerations are
-            upwards. All of it is of one rail. NaN where a wheel is farther away than half the ring that stands for the
-            track.
+            upwards. All of it is of one rail; below a wagon both have their own, over `side`. NaN where a wheel is
+            farther away than half the ring that stands for the track.
 
         Raises
         ------
@@ -331,11 +349,13 @@ class Record:
         if largest is not None:
             of = "wheel" if self._contacts.has_sides else "wheelset"
             peak = f"largest force {largest:.3f} of static ({largest * self.static_force / 1e3:.1f} kN per {of})"
-        plural = "impact" if impacts == 1 else "impacts"
         state = self.outcome.sentence if self.outcome is not Outcome.COMPLETED else f"completed, {self.end:.6g} s"
         onsets = int((self._events["kind"] == contract.YIELD).sum())
-        yields = f", {onsets} onset{'' if onsets == 1 else 's'} of yield" if onsets else ""
-        return f"{state}: {impacts} {plural}, {peak}{yields}, {1e3 * self.time_in_air:.3f} ms in the air"
+        parts = [_counted(impacts, "impact"), peak, *([f"{_counted(onsets, 'onset')} of yield"] if onsets else [])]
+        if self._seat_events is not None:
+            closings = int((self._seat_events["kind"] == EVENT_KINDS.index("void closes")).sum())
+            parts.append(f"{_counted(closings, 'closing')} of voids")
+        return f"{state}: {', '.join(parts)}, {1e3 * self.time_in_air:.3f} ms in the air"
 
     def __repr__(self) -> str:
         return f"<Record {self}>"
@@ -394,7 +414,8 @@ class Record:
         order
             Even order of the filter: 4 falls by 24 dB per octave.
         window
-            Length of way of the sliding mean of Y/Q, ΣY and T-gamma, m; 0: no mean.
+            Length of way of the sliding mean of Y/Q, ΣY and T-gamma, m, rounded to an odd number of samples; 0: no
+            mean.
         settling
             Seconds at the beginning that are filtered but not returned.
         rate
@@ -403,7 +424,10 @@ class Record:
         Returns
         -------
         xarray.Dataset
-            As `wheeltapper.record.guidance.guidance` says, over time, wheelset, side and surface.
+            guiding_force (Y, outwards), wheel_force (Q), unloading, derailment_quotient and spin_t_gamma over time,
+            wheelset and side; sum_of_guiding_forces without side; t_gamma also over surface (tread, flange). A mean
+            stands at the middle of its window; where that is not all in the run, or in the settling, it is NaN. Forces
+            are filtered first, then divided, then averaged. T-gamma is averaged only.
 
         Raises
         ------
@@ -435,6 +459,10 @@ class Record:
         if path.suffix != ".nc":
             raise InputError(str(path), "", f"the suffix {path.suffix!r}", ".nc (netCDF)")
         save(self, path)
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _times_in_seconds(times: Any) -> FloatArray:

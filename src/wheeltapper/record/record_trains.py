@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.vehicle.body import MOTIONS
+from wheeltapper.ground.progress import progress_shown
 from wheeltapper.lower.numbers import Units
 from wheeltapper.march import program as contract
 from wheeltapper.record.growth import Growth, growth_of
@@ -55,9 +56,6 @@ def trains_of(record: Record, tally: bool) -> Trains:
         )
     one = np.ones(cells)
 
-    def missing_energy() -> FloatArray:
-        return one * record._kind.missing_part(record.scenario, record._lowered, record._march)
-
     @cache
     def growth(waves: int) -> Growth:
         return Growth(*(one * values for values in growth_of(record.scenario, {}, record.method, waves)))
@@ -71,7 +69,18 @@ def trains_of(record: Record, tally: bool) -> Trains:
         forces = history.vertical_force if record._contacts.has_sides else history.normal_force
         return np.asarray(forces.values.reshape(-1, cells).T)
 
-    return Trains(marched, Units(one, one, one, static, one), missing_energy, growth, meets, force_histories)
+    return Trains(
+        marched, Units(one, one, one, static, one), lambda: one * missing_energy_of(record), growth, meets,
+        force_histories,
+    )  # fmt: skip
+
+
+def missing_energy_of(record: Record) -> float:
+    """Return the missing share of the exchanged energy: the largest of the run, on rails that at its end."""
+    if not record._kind.balance_is_dear:
+        return record._kind.missing_part(record.scenario, record._lowered, record._march)
+    with progress_shown(False):
+        return abs(float(record.energy.relative_imbalance))
 
 
 def _by_train(table: Columns, cells: int) -> tuple[IntArray, Columns]:

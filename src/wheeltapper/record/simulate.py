@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import inspect
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from itertools import count
 from pathlib import Path
 from threading import Event
-from typing import Literal, overload
+from typing import Literal, TypeVar, overload
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count
@@ -23,6 +24,8 @@ from wheeltapper.record.record import Record
 from wheeltapper.record.rigid import rigid_track
 
 Method = Literal["default", "strict"]
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 class ModelWarning(UserWarning):
@@ -101,51 +104,61 @@ def simulate(
     check_method(method)
     with progress_shown(progress):
         if isinstance(scenario, Scenario | str | Path):
-            return _simulated_scenario(as_scenario(scenario), method)
+            return simulated_scenario(as_scenario(scenario), method)
         held = core_count() if threads is None else as_count(threads, "threads")
-        return _side_by_side(as_scenarios(scenario), method, held)
+        scenarios, done = as_scenarios(scenario), count(1)
+        return side_by_side(
+            lambda one: simulated_scenario(one, method), scenarios, held,
+            lambda: report("scenarios", next(done), len(scenarios)),
+        )  # fmt: skip
 
 
 class _StoppedError(Exception):
     """Another run was interrupted."""
 
 
-def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[Record]:
-    """Simulate several scenarios at a time; an error of one, or an interruption, soon ends all."""
+def side_by_side(work: Callable[[T], R], over: Iterable[T], threads: int, tell: Callable[[], None]) -> list[R]:
+    """Do a work that simulates for several things at a time; an error of one, or an interruption, soon ends all.
+
+    `tell` is called after each.
+    """
     stop = Event()
 
     def raise_if_stopped(*_: object) -> None:
         if stop.is_set():
             raise _StoppedError
 
-    def simulate_one(scenario: Scenario) -> Record:
+    def do_one(of: T) -> R:
         with reporting(raise_if_stopped):
-            return _simulated_scenario(scenario, method)
+            return work(of)
 
     with ThreadPoolExecutor(threads) as pool:
         try:
-            waiting = [pool.submit(simulate_one, scenario) for scenario in scenarios]
-            for done, future in enumerate(as_completed(waiting), 1):
+            waiting = [pool.submit(do_one, of) for of in over]
+            for future in as_completed(waiting):
                 future.result()  # what ends this one ends all
-                report("scenarios", done, len(waiting))
+                tell()
             return [future.result() for future in waiting]
         finally:
             stop.set()
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _simulated_scenario(scenario: Scenario, method: str) -> Record:
+def simulated_scenario(
+    scenario: Scenario, method: str, say_notes: Callable[[Iterable[Note]], None] = warn_of
+) -> Record:
+    """Simulate a scenario; what `say_notes` is told, and more, are the record's notes."""
     scenario.check_extent()
     marcher, kind = run.choose(run.SIMULATE, scenario.needs), kind_of(scenario)
     report("lowering", 0.0, 0.0)
     lowered = kind.lower(scenario, method)
-    warn_of(lowered.notes)
+    say_notes(lowered.notes)
     tell = kind.teller(scenario, lowered)
     if not run.is_ready(lowered.program):
         say_that_it_compiles(marcher.name)
     march = run.march(lowered.program, tell)
     beyond = kind.beyond(scenario, lowered, march)
-    warn_of(beyond)
+    say_notes(beyond)
     if not run.balance_is_ready(lowered.program):
         say_that_it_compiles("the energy's check")
     status, missing = balanced.judged_balance(march.status, kind.missing_part(scenario, lowered, march))

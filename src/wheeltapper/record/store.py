@@ -13,7 +13,8 @@ from wheeltapper.describe.site import Site
 from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.ground.arguments import as_path, as_quantity
 from wheeltapper.ground.errors import InputError
-from wheeltapper.record import damper
+from wheeltapper.ground.needs import DAMPER_END, KINKS
+from wheeltapper.record import damper, suspension
 from wheeltapper.record.chart_store import load_chart
 from wheeltapper.record.checksum import is_damaged
 from wheeltapper.record.contacts import SIDES, SURFACES
@@ -61,8 +62,10 @@ def save(record: Record, path: Path) -> None:
         **record.provenance,
     }
     parts = [events, peaks, xr.Dataset(tables)]
-    if "program_damper" in tables:
+    if DAMPER_END in record.scenario.needs:
         parts.append(damper.stored_events(record.damper_events))
+    if record.scenario.needs & KINKS:
+        parts.append(suspension.stored_events(record.suspension_events))
     data = xr.merge(parts, combine_attrs="override").assign_attrs(attributes)
     energy = record._known_energy
     for name, value in (energy.data_vars if energy is not None else {}).items():
@@ -114,7 +117,7 @@ def load(path: str | Path, *, largest: float = LARGEST) -> Any:
         found = "a folder" if path.is_dir() else "a file" if path.exists() else "no such file or folder"
         raise InputError(str(path), "", found, LOADED)
     if suffix == ".toml":
-        is_site = not {"passage", "sensor"}.isdisjoint(toml_table(path, "a scenario or a site"))
+        is_site = not {"passage", "sensor", "sensors"}.isdisjoint(toml_table(path, "a scenario or a site"))
         return Site.from_toml(path) if is_site else Scenario.from_toml(path)
     try:
         return _load_record(path, largest) if suffix == ".nc" else load_chart(path)

@@ -13,7 +13,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK
-from wheeltapper.lower.on_rails import LoweredOnRails
+from wheeltapper.lower.on_rails import LoweredOnRails, plane_of, stops_of
 from wheeltapper.lower.track.anomalies import NONE, anomalies_of
 from wheeltapper.lower.track.irregular import IrregularModes
 from wheeltapper.lower.track.ring import TrackModes
@@ -35,14 +35,15 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 LOGS = {"rows": 2, "gaps": 3, "moments": 3, "bodies": 2, "modes": 3}
 """Logs that a file holds, and the number of their axes."""
+PATH_COLUMNS = contract.PIECE_COLUMNS, contract.MARKED_COLUMNS
 CONTACT = ("position", "start", "loop", "join")
 """Numbers of a contact beside its pieces and its law."""
 
 
 def tables(lowered: LoweredOnRails, march: Marched) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the tables and attributes of a file that contain the task and the logs."""
-    parts = _parts_of(lowered)
-    out: dict[str, Any] = {"task": (("task_entry",), np.concatenate([_flat(part) for part in parts.values()]))}
+    parts = _parts_of(lowered, march.found.prepared.system)
+    out: dict[str, Any] = {"task": (("task_entry",), np.concatenate([flat_part(part) for part in parts.values()]))}
     logs = march.found.logs
     for name, axes in LOGS.items():
         values = getattr(logs, name)
@@ -58,16 +59,15 @@ def tables(lowered: LoweredOnRails, march: Marched) -> tuple[dict[str, Any], dic
     return out, attributes
 
 
-def _flat(part: Any) -> FloatArray:
+def flat_part(part: Any) -> FloatArray:
     """Return an array as real numbers, one behind the other."""
     values = np.asarray(part)
     return np.ravel(values).view(float) if values.dtype.kind == "c" else np.ravel(values).astype(float)
 
 
-def _parts_of(lowered: LoweredOnRails) -> dict[str, Any]:
-    """Return the arrays of a task and its track by name."""
+def _parts_of(lowered: LoweredOnRails, system: general.System) -> dict[str, Any]:
+    """Return the arrays of a task and its track by name; the system is on the paths as they were in the end."""
     task, out = lowered.program, dict[str, Any]()
-    system = task.system
     out |= {f"bodies.{name}": value for name, value in system.bodies._asdict().items()}
     for number, contact in enumerate(system.contacts):
         head = f"contacts.{number}."
@@ -87,8 +87,8 @@ def _parts_of(lowered: LoweredOnRails) -> dict[str, Any]:
 
 def read(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredOnRails, Marched]:
     """Return the task and the march from a file's contents; refuse contents that no march can have written."""
-    parts = _stored_parts(data)
-    plane, anomalies = scenario.vehicle.plane, NONE
+    parts = stored_parts(data)
+    plane, anomalies = plane_of(scenario), NONE
     try:
         task, modes = _task_of(parts, len(plane.positions))
     except KeyError as error:
@@ -98,19 +98,20 @@ def read(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredOnRails, Marched]
     if isinstance(scenario.track, SupportedRail) and modes is not None:
         ring = modes.ring
         anomalies = anomalies_of(scenario.track, section_of(scenario.track), ring.bays * ring.seats)
-    seats = len(anomalies.voids), bool(anomalies.extras)
+    stops = stops_of(plane)
+    seats = len(anomalies.voids) + len(stops) + len(plane.elements), bool(anomalies.extras)
     if seats != (len(task.system.ports), isinstance(modes, IrregularModes)):
-        raise InputError("", "task_parts", "other anomalies than the scenario's", UNDAMAGED)
+        raise InputError("", "task_parts", "other anomalies or dampers than the scenario's", UNDAMAGED)
     units = table(data, "units", 3)
     check("units", units[1:], units[1:] > 0.0, "positive numbers")
     lowered = LoweredOnRails(
         task, plane, modes, float(units[0]), np.array([one.weight for one in plane.wheelsets]),
-        float(units[1]), stored.notes(data), float(units[2]), anomalies,
+        float(units[1]), stored.notes(data), float(units[2]), stops, anomalies,
     )  # fmt: skip
     return lowered, _march_of(data, task)
 
 
-def _stored_parts(data: xr.Dataset) -> dict[str, Any]:
+def stored_parts(data: xr.Dataset) -> dict[str, Any]:
     """Return the arrays of a task by name."""
     held = table(data, "task", None, ends=True)
     at, parts = 0, dict[str, Any]()
@@ -137,7 +138,7 @@ def _task_of(parts: dict[str, Any], wheels: int) -> tuple[general.Task, TrackMod
         head = f"contacts.{number}."
         number += 1
         pieces, law = parts[head + "pieces"], parts[head + "law"]
-        if pieces.ndim != 2 or pieces.shape[1] != contract.PIECE_COLUMNS or not len(pieces) or law.ndim != 1:
+        if pieces.ndim != 2 or pieces.shape[1] not in PATH_COLUMNS or not len(pieces) or law.ndim != 1:
             raise InputError("", "task", f"a path of shape {pieces.shape}", UNDAMAGED)
         stored.check_pieces("task, pieces", pieces)
         position, start, loop, join = parts[head + "numbers"].tolist()
@@ -160,10 +161,10 @@ def _task_of(parts: dict[str, Any], wheels: int) -> tuple[general.Task, TrackMod
         modes = kind(ring=ring, **held_modes | {"cutoff": float(parts["track.cutoff"])})
     speed, duration = parts["run"].tolist()
     system = general.System(bodies, tuple(made), speed, None if modes is None else modes.ring)
-    return general.Task(system, _method_of(parts["method"]), duration), modes
+    return general.Task(system, method_of(parts["method"]), duration), modes
 
 
-def _method_of(numbers: FloatArray) -> general.Method:
+def method_of(numbers: FloatArray) -> general.Method:
     """Return a method from its numbers, of the types that it was made with."""
     kinds = [type(value) for value in general.DEFAULT]
     if numbers.shape != (len(kinds),):
@@ -193,7 +194,7 @@ def _march_of(data: xr.Dataset, task: general.Task) -> Marched:
     for name, rows in (("march_events", events), ("march_peaks", peaks)):
         stored.rising(name, rows[:, contract.EVENT_TIME], task.duration)
         check_whole(name, rows[:, contract.EVENT_CONTACT], 0, len(task.system.wheels) - 1)
-    check_whole("march_events", events[:, contract.EVENT_KIND], contract.LOSS, contract.IMPACT)
+    check_whole("march_events", events[:, contract.EVENT_KIND], contract.LOSS, contract.YIELD)
     if task.system.ports:
         seated = table(data, "seat_events", None, contract.EVENT_COLUMNS)
         stored.rising("seat_events", seated[:, contract.EVENT_TIME], task.duration)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from wheeltapper.ground.arguments import as_list, as_quantity
 from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.lower.on_rails import LoweredOnRails
-from wheeltapper.lower.track.anomalies import Anomalies
+from wheeltapper.lower.track.anomalies import NONE, Anomalies
 from wheeltapper.lower.track.irregular import IrregularModes
+from wheeltapper.lower.track.reach import modes_of
 from wheeltapper.lower.track.readouts import (
     place_of,
     rail_rows,
@@ -29,11 +31,13 @@ from wheeltapper.lower.track.section import Section, section_of
 from wheeltapper.march import run
 from wheeltapper.record import extent
 from wheeltapper.record.arrays import as_array
+from wheeltapper.record.contacts import SIDES
 from wheeltapper.record.labels import dataset
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wheeltapper.march.rails.replay import RailAt
     from wheeltapper.record.record import Record
 
 ComplexArray = NDArray[np.complex128]
@@ -83,8 +87,6 @@ def track(
 ) -> xr.Dataset:
     """Return what the track does at places of the rail (m), and at seats, over time; see `Record.track`."""
     run.choose(run.TRACK, record.scenario.needs)
-    lowered: LoweredOnRails = record._lowered
-    assert lowered.modes is not None
     x, seats = np.atleast_1d(as_array(rail, "rail", PLACES, "length")).tolist(), _as_seats(seat)
     if not x and not seats:
         raise InputError("", "rail", "no place and no seat", "positions in m, or seats by their numbers")
@@ -92,20 +94,24 @@ def track(
     extent.check_samples("rate", f"{rate:g} per second", record.end * rate + 1.0, 8 * (len(x) + len(seats)))
     times = np.arange(int(np.floor(record.end * rate * (1 + 1e-12))) + 1) / rate
     section, foot = section_of(record.scenario.track), float(record.scenario.track.rail.foot_distance)
-    anomalies = lowered.anomalies
-    places = [_rail_place(section, foot, lowered.modes, anomalies, one - lowered.seat) for one in x]
-    places += [_seat_place(section, lowered.modes, anomalies, number) for number in seats]
-    read = np.empty((len(times), len(places), 4))
+    ridden = _below_wagon(record) if SEVERAL_BODIES in record.scenario.needs else _below_plane(record)
+    places = [_rail_place(section, foot, ridden.modes, ridden.anomalies, one - ridden.seat) for one in x]
+    places += [_seat_place(section, ridden.modes, ridden.anomalies, number) for number in seats]
+    read = np.empty((len(times), len(ridden.sides) or 1, len(places), 4))
     for first in range(0, len(times), CHUNK):
         chunk = slice(first, first + CHUNK)
-        read[chunk] = _readings(record, lowered, places, times[chunk])
+        for number, shown in enumerate(ridden.at(times[chunk])):
+            read[chunk, number] = _readings(record, ridden, shown, places, times[chunk])
     variables: dict[str, Any] = {"time": (("time",), times)}
+    if ridden.sides:
+        variables["side"] = ("side",), list(ridden.sides)
     both = ("rail", RAIL, x, slice(len(x))), ("seat", SEAT, seats, slice(len(x), None))
     for axis, names, where, columns in both:
         if where:
             variables[axis] = ((axis,), list(where))
             for column, name in enumerate(names):
-                variables[name] = ("time", axis), read[:, columns, column]
+                values = read[:, :, columns, column]
+                variables[name] = (("time", "side", axis), values) if ridden.sides else (("time", axis), values[:, 0])
     if not record.scenario.track.under_pads:
         for name in ("sleeper_displacement", "sleeper_acceleration", "ballast_force"):
             variables.pop(name, None)
@@ -158,13 +164,67 @@ def _undamped(section: Section) -> Section:
     return section._replace(loss=0.0, pad_damping=0.0, ballast_damping=0.0)
 
 
-def _readings(record: Record, lowered: LoweredOnRails, places: list[_Place], times: FloatArray) -> FloatArray:
-    """Return displacement, acceleration and two more readings, (times, places, 4); NaN beyond half the ring."""
+class _Ridden(NamedTuple):
+    """Rails below a vehicle.
+
+    Attributes
+    ----------
+    modes, anomalies
+        Of each of them.
+    seat
+        Position of the seat from which the march counts, m.
+    wheels
+        Positions of the wheelsets at time zero, m from there.
+    residuals
+        Local compliance below each void, m/N; their forces follow those of the wheels.
+    at
+        From rising times to each rail.
+    sides
+        Names of the rails; none where one stands for all.
+    """
+
+    modes: TrackModes | IrregularModes
+    anomalies: Anomalies
+    seat: float
+    wheels: list[float]
+    residuals: list[float]
+    at: Callable[[FloatArray], list[RailAt]]
+    sides: tuple[str, ...] = ()
+
+
+def _below_plane(record: Record) -> _Ridden:
+    from wheeltapper.march.rails.replay import RailAt
+
+    lowered: LoweredOnRails = record._lowered
     assert lowered.modes is not None
-    ring = lowered.modes.ring
-    found, shown = run.modes_of_track(record._march, times), run.replay_rails(record._march, times)
+    system = lowered.program.system
+
+    def at(times: FloatArray) -> list[RailAt]:
+        shown = run.replay_rails(record._march, times)
+        found = run.modes_of_track(record._march, times)
+        return [RailAt(found, shown.force, shown.force_rate, shown.force_bend)]
+
+    return _Ridden(
+        lowered.modes, lowered.anomalies, lowered.seat, [one.position for one in system.wheels],
+        [port.residual for port in system.ports], at,
+    )  # fmt: skip
+
+
+def _below_wagon(record: Record) -> _Ridden:
+    scenario, below = record.scenario, record._lowered.below
+    places = below.track.places
+    modes, _ = modes_of(scenario.track, record.method, float(np.ptp(places)))
+    return _Ridden(
+        modes, NONE, float(scenario.track.first_sleeper), places.tolist(), [],
+        run.rails_below(below, record._march).at, SIDES[:2],
+    )  # fmt: skip
+
+
+def _readings(record: Record, ridden: _Ridden, shown: RailAt, places: list[_Place], times: FloatArray) -> FloatArray:
+    """Return displacement, acceleration and two more readings, (times, places, 4); NaN beyond half the ring."""
+    ring, found = ridden.modes.ring, shown.modes
     speed = float(record.scenario.speed)
-    wheels = np.add.outer(speed * times, [one.position for one in lowered.program.system.wheels])
+    wheels = np.add.outer(speed * times, ridden.wheels)
     rates = ring.rates * found.amplitudes + found.forced
     speeding = ring.rates * rates + found.forced_rate
     out = np.empty((len(times), len(places), 4))
@@ -182,7 +242,7 @@ def _readings(record: Record, lowered: LoweredOnRails, places: list[_Place], tim
         out[:, i, 2:] = read[:, 1:]
         if place.void is not None:
             below = shown.force[:, wheels.shape[1] + place.void]
-            lifted = lowered.program.system.ports[place.void].residual * below
+            lifted = ridden.residuals[place.void] * below
             out[:, i, 0] += lifted
             out[:, i, 2] += place.pad * lifted
             out[:, i, 3] = below

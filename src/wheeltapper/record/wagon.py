@@ -14,13 +14,14 @@ from wheeltapper.describe.creep import Fastsim
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import FLEXIBLE_TRACK
 from wheeltapper.lower.structure import structure_of
 from wheeltapper.lower.wagon import DECK, LONGEST, LoweredWagon, StateLayout, layout_of, lower_wagon
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import program, run, telling, wheel_rows
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
 from wheeltapper.march.multibody import MultibodyMarch
-from wheeltapper.record import balanced, creep_range, extent, stored, wagon_energy
+from wheeltapper.record import balanced, creep_range, extent, stored, stored_rails, suspension, wagon_energy
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.kinds import Kind, Variables
 from wheeltapper.record.stored import UNDAMAGED, check, check_whole, table
@@ -43,7 +44,7 @@ OLD_EVENT_COLUMNS, OLD_PEAK_COLUMNS = [0, 1, 3, 2], [0, 2, 3, 1]
 ROWS = {
     "normal": wheel_rows.NORMAL, "fx": wheel_rows.FX, "fy": wheel_rows.FY, "mz": wheel_rows.MZ, "g": wheel_rows.ROW_G,
     "slip_x": wheel_rows.SLIP_X, "slip_y": wheel_rows.SLIP_Y, "slip_turn": wheel_rows.SLIP_TURN,
-    "delta": wheel_rows.ROW_DELTA, "path": wheel_rows.ROW_PATH, "u": wheel_rows.ROW_U,
+    "delta": wheel_rows.ROW_DELTA, "path": wheel_rows.ROW_PATH, "u": wheel_rows.ROW_U, "rail": wheel_rows.ROW_RAIL,
 }  # fmt: skip
 """Quantities of a contact that a record reads, and their rows in the kernels' scratch memory."""
 
@@ -54,7 +55,11 @@ def _row_bytes(scenario: Scenario) -> float:
 
 def _lower(scenario: Scenario, method: str) -> LoweredWagon:
     extent.check_duration(scenario, scenario.duration / LONGEST, _row_bytes(scenario))
-    return lower_wagon(scenario, method)
+    if FLEXIBLE_TRACK not in scenario.needs:
+        return lower_wagon(scenario, method)
+    from wheeltapper.lower.wagon_on_rails import lower_wagon_on_rails
+
+    return lower_wagon_on_rails(scenario, method)
 
 
 def _teller(scenario: Scenario, lowered: LoweredWagon) -> Callable[[float], bool]:
@@ -83,7 +88,11 @@ def _sample(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch, ti
     rows = np.array(list(ROWS.values()), dtype=np.int64)
     states, rates, found = run.replay(lowered.assembly, march, times, rows)
     found = np.moveaxis(found[:, :, _contacts(scenario, lowered).lanes], 1, 0)
-    touching = _wheel_variables(scenario, dict(zip(ROWS, found, strict=True)))
+    rows_of = dict(zip(ROWS, found, strict=True))
+    touching = _wheel_variables(scenario, rows_of)
+    if lowered.below is not None:
+        wheels = 2 * len(scenario.vehicle.axles)
+        touching["rail_displacement"] = -rows_of["rail"][:, :wheels] - lowered.below.sinking.T.ravel()
     out: Variables = {name: (("time", "contact"), values) for name, values in touching.items()}
     shape = (len(times), len(lowered.layout.bodies), PLACES)
     held, changing = (values[:, : lowered.layout.state_count].reshape(shape) for values in (states, rates))
@@ -149,6 +158,24 @@ def _t_gamma(on: dict[str, FloatArray], over_speed: float) -> tuple[FloatArray, 
     return spin - touches * (on["fx"] * on["slip_x"] + on["fy"] * on["slip_y"]), spin
 
 
+def _element_events(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> xr.Dataset:
+    """Return where dry friction sticks and slides; extension is where its first end goes forth on its direction."""
+    sliders = lowered.structure.sliders
+    if not sliders:
+        return suspension.no_events()
+    first = asm.STEP_ELEMENTS + len(lowered.assembly.element_inside) - len(sliders)
+    pieces = np.vstack([np.full(len(sliders), asm.STICKS), march.steps[:, first:]])
+    step, which = np.nonzero(pieces[1:] != pieces[:-1])
+    places = lowered.layout.displacement_places[: len(lowered.structure.motions)] + TO_RATE
+    names, rows = np.array([item.name for item in sliders]), np.array([item.row for item in sliders])
+    sticks = pieces[step + 1, which] == asm.STICKS
+    slides = np.where(sticks, pieces[step, which], pieces[step + 1, which])
+    return suspension.table_of(
+        march.steps[step, asm.STEP_TIME], names[which], (~sticks).astype(np.int64),
+        (slides == asm.BACK).astype(np.int64), -(march.states[:, places][step] * rows[which]).sum(axis=1),
+    )  # fmt: skip
+
+
 def _integrate(
     scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch
 ) -> tuple[FloatArray, Callable[[], xr.Dataset]]:
@@ -171,6 +198,10 @@ def _tables(lowered: LoweredWagon, march: MultibodyMarch) -> tuple[dict[str, Any
         ROWS_LIKE_A_WHEELS: 1,
         "evaluations": march.evaluations,
     }
+    if lowered.below is not None:
+        more, of_rails = stored_rails.tables(lowered.below, march.rails)
+        out |= more
+        attributes |= of_rails
     return out, attributes
 
 
@@ -180,13 +211,16 @@ def _read(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredWagon, Multibody
     layout = layout_of(scenario, structure)
     assembly = _assembly(data)
     _check_assembly(assembly, scenario, layout)
+    count = len(structure.sliders)
+    check("assembly, sliders", np.array([len(assembly.sliders)]), len(assembly.sliders) == count, f"{count} of them")
     axles = len(scenario.vehicle.axles)
     shape = (axles, 2) if stored.version_of(data) == 1 else ((2 * axles, 4 * axles),)  # later with those of flanges
     static = table(data, "static_force", *shape).ravel()[: 2 * axles].reshape(axles, 2)
     check("static_force", static, static > 0.0, "positive forces")
     constant = stored.stored_attribute(data, "contact_constant", float)
-    lowered = LoweredWagon(assembly, layout, structure, static, constant, stored.notes(data))
-    return lowered, _march_of(data, assembly, scenario)
+    below, log = stored_rails.read(data, assembly, scenario)
+    lowered = LoweredWagon(assembly, layout, structure, static, constant, stored.notes(data), below=below)
+    return lowered, _march_of(data, assembly, scenario)._replace(rails=log)
 
 
 def _assembly(data: xr.Dataset) -> Assembly:
@@ -207,22 +241,36 @@ def _assembly(data: xr.Dataset) -> Assembly:
             check_whole(f"assembly, {name}", part, -(2**31), 2**31)
             part = part.astype(np.int64)
         parts[name], at = np.ascontiguousarray(part), at + size
-    if tuple(parts) != Assembly._fields or at != len(held):
+    needed = [name for name in Assembly._fields if name not in Assembly._field_defaults]  # older files know no others
+    if list(parts) != list(Assembly._fields)[: len(parts)] or len(parts) < len(needed) or at != len(held):
         raise InputError("", "assembly_parts", f"{len(parts)} parts with {at} numbers", UNDAMAGED)
-    return Assembly(**parts)
+    return _of_this_version(Assembly(**parts))
+
+
+def _of_this_version(A: Assembly) -> Assembly:
+    """Return an assembly of any version; earlier ones had dampings where corners now have rates, and no friction."""
+    if A.element_inside.shape != (len(A.element_inside), 2) or A.corners.shape != (len(A.corners), 2):
+        return A
+    _check_spans("element_corners", A.element_corners, len(A.element_inside), len(A.corners))
+    inside, damping = A.element_inside.T
+    rates = A.corners[:, 1] * np.repeat((inside >= 0.0) / damping, np.diff(A.element_corners))
+    thrusts, corners = np.zeros((0, len(A.mobility))), np.column_stack([A.corners, rates])
+    return A._replace(element_inside=inside.astype(np.int64), corners=corners, thrusts=thrusts)
 
 
 def _check_assembly(A: Assembly, scenario: Scenario, layout: StateLayout) -> None:
     """Refuse an assembly that does not belong to this scenario, or has an index out of range."""
     treads = -(-len(scenario.vehicle.axles) // HALF)
     octets, bodies, states, elements = len(A.kinds), len(layout.bodies), len(A.start), len(A.element_inside)
+    rigid, sliders = len(A.yields), len(A.sliders)
     shapes = {
         "numbers": (asm.ASSEMBLY_NUMBERS,), "scales": (states,), "lanes": (octets, asm.LANE_COLUMNS, LANES),
         "cells": (octets // treads, A.cells.shape[1] if A.cells.ndim == 4 else 0, asm.TABLES, asm.TABLE_TERMS),
         "saturation": (asm.SATURATION_CELLS, asm.TABLE_TERMS), "pieces": (len(A.pieces), program.PIECE_COLUMNS),
         "columns": (LANES * len(A.sources),), "force_columns": (LANES * len(A.force_sources),),
         "mobility": (bodies * LANES,), "loads": (bodies * LANES,), "element_weight": (len(A.element_index),),
-        "corners": (len(A.corners), 2), "element_inside": (elements, 2),
+        "corners": (len(A.corners), asm.CORNER_COLUMNS), "element_inside": (elements,),
+        "sliders": (sliders, asm.SLIDER_COLUMNS), "yields": (rigid, rigid), "thrusts": (rigid, bodies * LANES),
     }  # fmt: skip
     for name, shape in shapes.items():
         held: NDArray[np.float64] = getattr(A, name)
@@ -299,14 +347,20 @@ def _check_spans(name: str, spans: IntArray, count: int, total: int, step: int =
 
 def _check_elements(A: Assembly, own: int) -> None:
     """Refuse nonlinear elements that act on no motion, or whose characteristic does not rise through zero."""
-    elements = len(A.element_inside)
+    elements, laws = len(A.element_inside), len(A.element_inside) - len(A.sliders)
     _check_spans("element_spans", A.element_spans, elements, len(A.element_index))
-    _check_spans("element_corners", A.element_corners, elements, len(A.corners))
+    _check_spans("element_corners", A.element_corners, laws, len(A.corners))
     check_whole("assembly, element_index", A.element_index, 0, len(A.start) - 1)
-    check_whole("assembly, element_inside", A.element_inside[:, 0], -1, len(A.start) - 1)
-    within = np.repeat(A.element_inside[:, 0], np.diff(A.element_spans))
-    motion = (A.element_index < own) & (A.element_index % PLACES < LANES)
-    check("assembly, element_index", A.element_index, motion | (A.element_index == within), "displacements")
+    check_whole("assembly, element_inside", A.element_inside, -1, len(A.start) - 1)
+    inside = A.element_inside[laws:] >= 0
+    springs_first = inside == (np.arange(len(inside)) < len(inside) - len(A.yields))
+    check("assembly, element_inside", A.element_inside[laws:], springs_first, "springs, then rigid friction")
+    forces, limits, springs = A.sliders[:, : asm.SLIDER_MARK].T
+    good = (forces > 0.0) & (limits >= forces) & ((springs > 0.0) == inside)
+    check("assembly, sliders", limits, good, "limits of at least the positive forces")
+    within = np.repeat(A.element_inside, np.diff(A.element_spans))
+    has_motion = (A.element_index < own) | (A.element_index == within)
+    check("assembly, element_index", A.element_index, has_motion, "displacements or velocities")
     for first, end in zip(A.element_corners, A.element_corners[1:], strict=False):
         places = A.corners[first:end, 0]
         far = len(places) > 1 and (np.diff(places) > 0.0).all() and places[0] < -LARGEST and places[-1] > LARGEST
@@ -324,10 +378,11 @@ def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMar
     follows = np.abs(begins + lengths - np.append(begins[1:], end)) <= 1e-9 * end
     check("march_steps", lengths, follows & (lengths > 0.0), "steps that follow each other")
     check_whole("march_steps", steps[:, asm.STEP_CLOSED], 0, 2.0 ** (octets * LANES) - 1)
-    most = np.diff(A.element_corners) - 2
+    most = np.append(np.diff(A.element_corners) - 2, np.full(len(A.sliders), asm.LOOSE))
     for element in range(elements):
         check_whole("march_steps", steps[:, asm.STEP_ELEMENTS + element], 0, most[element])
-    broken = status in (program.NOT_FINITE, balanced.UNBALANCED)  # such states are no damage of the file
+    moments = np.arange(len(A.start)) >= (A.rails[asm.RAIL_STATES] if A.rails.size else np.inf)
+    broken = moments | (status in (program.NOT_FINITE, balanced.UNBALANCED))  # such states are no damage of the file
     states = table(data, "march_states", len(steps), len(A.start))
     state = table(data, "march_state", len(A.start), anything=status == program.NOT_FINITE)
     check("march_states", states, broken | (np.abs(states) < LARGEST), f"states below {LARGEST:g}")
@@ -360,5 +415,6 @@ WAGON = Kind(
     integrate=_integrate,
     tables=_tables,
     read=_read,
+    element_events=_element_events,
 )
 """Contacts of the treads of all wheels, and of the flanges if they can touch; SI units; the motions of all bodies."""

@@ -1,7 +1,8 @@
 """The energy balance of a wagon's run.
 
 Change of (kinetic + elastic) = works of the loads, of the irregularity, of the changing shape of the contacts and of
-the drive, less the energy that dampers and friction dissipate. The elastic energy of a contact is 0.4·N·δ. If its
+the drive, less the energy that dampers, the contacts' friction and dry friction in elements dissipate. The elastic
+energy of a contact is 0.4·N·δ. If its
 constant changes because the wheel shifts or the curvature of the rail varies, the shape of the contact does work. The
 drive keeps the speed constant; it does the work of the creep forces that the slip does not dissipate.
 """
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.lower.wagon import DECK, LoweredWagon
+from wheeltapper.march import assembly as asm
 from wheeltapper.march import run
 from wheeltapper.march.assembly import TO_RATE
 
@@ -24,9 +26,9 @@ if TYPE_CHECKING:
     from wheeltapper.march.multibody import MultibodyMarch
 
 FloatArray = NDArray[np.float64]
-SIGNS = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0])
-"""Sign with which each work of `march.replay` (load, path, shape, damper, friction, drive, stand-in) enters the change
-of energy."""
+SIGNS = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0])
+"""Sign with which each work of `march.replay` (load, path, shape, damper, friction, drive, stand-in, rails, sliders)
+enters the change of energy."""
 EVERY = 16
 """At the end of each run one step in this many is checked. A check repeats the step, which costs more than its march
 did."""
@@ -70,6 +72,16 @@ def _stored_energies(lowered: LoweredWagon, states: FloatArray, scenario: Scenar
     return 0.5 * (v**2) @ mass, 0.5 * np.einsum("ti,ij,tj->t", q, stiffness, q)
 
 
+def _energy_of_slips(lowered: LoweredWagon, march: MultibodyMarch) -> float:
+    """Return the energy that springs of friction lose where their force falls as it begins to slide, J."""
+    A = lowered.assembly
+    springs = len(A.sliders) - len(A.yields)
+    pieces = march.steps[:, asm.STEP_ELEMENTS + len(A.element_inside) - len(A.sliders) :][:, :springs]
+    begins = ((pieces[:-1] == asm.STICKS) & (pieces[1:] != asm.STICKS)).sum(axis=0)
+    force, limit, stiffness, _ = A.sliders[:springs].T
+    return float(begins @ (0.5 * (limit**2 - force**2) / stiffness))
+
+
 def balance(
     lowered: LoweredWagon, march: MultibodyMarch, works: tuple[FloatArray, ...], scenario: Scenario
 ) -> xr.Dataset:
@@ -83,12 +95,15 @@ def balance(
     from wheeltapper.march import replay
 
     done, _, contacts = works
+    sliders = lowered.structure.sliders
     kinetic, springs = _stored_energies(lowered, np.vstack([march.states, march.state]), scenario)
     elastic = springs[-1] - springs[0] + contacts[-1, 1] - contacts[0, 0]
     jumps = float((contacts[1:, 0] - contacts[:-1, 1]).sum())
     total = done.sum(axis=0)
     load = total[replay.LOAD_POWER] + total[replay.STAND_IN_POWER]
-    path = total[replay.PATH_POWER] + jumps
+    slipped = _energy_of_slips(lowered, march)
+    path = total[replay.PATH_POWER] + jumps + slipped
+    rubbed = total[replay.SLIDER_POWER] + slipped
     imbalance = kinetic[-1] - kinetic[0] + elastic - jumps - total @ SIGNS
     exchanged = float(kinetic.max() + contacts.max() + np.abs(done).sum())
     values = {
@@ -96,9 +111,11 @@ def balance(
         "elastic": (elastic, "change of elastic energy of contacts and springs"),
         "dissipated": (total[replay.DAMPER_POWER], "energy dissipated in dampers"),
         "friction": (total[replay.FRICTION_POWER], "energy dissipated by friction in the contacts"),
+        **({"element_friction": (rubbed, "energy dissipated by dry friction in elements")} if sliders else {}),
         "work_of_load": (load, "work of the static loads"),
         "work_of_irregularity": (path, "work of the irregularity"),
         "work_of_shape": (total[replay.SHAPE_POWER], "work of the contacts' changing shape"),
+        **({"given_to_track": (total[replay.RAIL_POWER], "work on the rails")} if lowered.below is not None else {}),
         "work_of_drive": (total[replay.DRIVE_POWER], "work of what keeps the speed"),
         "imbalance": (imbalance, "what is missing in the balance"),
         "exchanged": (exchanged, "energy exchanged"),

@@ -186,6 +186,7 @@ WHEEL = Kind(
     free=lambda contacts, march: np.isin(march.steps[:, [contract.PHASE]], (contract.FLIGHT, contract.RELEASED)),
     sample=_sample,
     integrate=_integrate,
+    stops=lambda lowered, march: (march.stops, np.zeros(len(march.stops), dtype=np.int64)),
     tables=_tables,
     read=_read,
 )

@@ -10,10 +10,14 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import Lowered
+from wheeltapper.lower.on_rails import LoweredOnRails
 from wheeltapper.lower.plastic import left_after, loading_force, stored_below
 from wheeltapper.march import program as contract
+from wheeltapper.march.general.contract import Contact, Law
+from wheeltapper.march.general.laws.plastic import PLASTIC_ONSET
 
 if TYPE_CHECKING:
+    from wheeltapper.march.general.task import Marched
     from wheeltapper.march.single import March
 
 FloatArray = NDArray[np.float64]
@@ -42,6 +46,15 @@ def stored_energy(lowered: Lowered, ends: FloatArray) -> FloatArray:
     return np.asarray(0.4 * ends[..., dense.OUT_FORCE] * (depth - left_after(program.law, depth)))
 
 
+def permanent_on_rails(contact: Contact, delta: FloatArray, x: FloatArray) -> FloatArray:
+    """Return the residual indentation after unloading, m, of a contact of the general march; x in its path's table."""
+    from wheeltapper.march.general.replay import surface_along
+
+    onset, (before, _) = float(contact.law.numbers[PLASTIC_ONSET - 1]), surface_along(contact, x)
+    depth = np.maximum(delta, 0.0) + before
+    return np.asarray(np.maximum(left_after(contact.law.table, depth / onset) * onset, before))
+
+
 def beyond_law(scenario: Scenario, lowered: Lowered, march: March) -> tuple[Note, ...]:
     """Return what the user should know of a march whose contact force goes beyond what the law was stated for."""
     return beyond_force(
@@ -55,7 +68,26 @@ def beyond_force(contact: Any, lowered: Lowered, reached: float) -> tuple[Note, 
     if not len(law):
         return ()
     bound = np.asarray(contact.limit * law[0, contract.LAW_START])
-    allowed = float(loading_force(law, bound)) * lowered.force
+    return _beyond(contact, float(loading_force(law, bound)) * lowered.force, reached)
+
+
+def beyond_law_on_rails(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tuple[Note, ...]:
+    """Return the same of a general march."""
+    notes, forces = list[Note](), march.peaks[:, contract.PEAK_FORCE] * lowered.force
+    for number, one in enumerate(lowered.program.system.wheels):
+        own = forces[march.peaks[:, contract.PEAK_CONTACT] == number]
+        notes += beyond_force_on_rails(scenario.contact, one.law, float(own.max(initial=0.0)), lowered.force)
+    return tuple(notes[:1])
+
+
+def beyond_force_on_rails(contact: Any, law: Law, reached: float, rails: float) -> tuple[Note, ...]:
+    """Return the same of the largest force of a wheelset, N, on so many equal rails."""
+    constant, onset, *_ = law.numbers
+    bound = float(loading_force(law.table, np.asarray(contact.limit)))
+    return _beyond(contact, bound * constant * onset**1.5 * rails, reached)
+
+
+def _beyond(contact: Any, allowed: float, reached: float) -> tuple[Note, ...]:
     if reached <= allowed:
         return ()
     text = (

@@ -21,6 +21,8 @@ class Irregularity(Noun, abstract=True):
     example: ClassVar[dict[str, Any]]
     """Fields of one of them, felt within the first 0.36 m; the conformance tests try it."""
     borne: ClassVar[Literal["rail", "wheel"]] = "rail"
+    stepwise: ClassVar[tuple[str, ...]] = ()
+    """Fields that choose between forms: nothing has a derivative by them."""
 
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance for a wheel of this radius (m)."""
@@ -66,6 +68,11 @@ class Irregularity(Noun, abstract=True):
             )
         return self.model_copy(update={name: place + distance for name, place in places.items()})
 
+    @property
+    def shortest_run(self) -> float:
+        """Length of a run that is refused for being shorter than this, m; 0: none is."""
+        return 0.0
+
     def check_run(self, end: float) -> None:
         """Refuse a run to x = end (m) in which this irregularity cannot be met as it is described.
 
@@ -74,3 +81,6 @@ class Irregularity(Noun, abstract=True):
         InputError
             With what is missing.
         """
+        if end < self.shortest_run:
+            found = f"{self.shortest_run:g} m, in a run over {end:g} m"
+            raise InputError("", "length", found, "at most the length of the run")

@@ -56,9 +56,8 @@ class Repeated(Irregularity):
             raise InputError("", "", "an irregularity that already repeats", "one that does not")
         first, last = course.stretches[0].end, course.stretches[-1].start
         if last - first > self.period * (1 + 1e-12):
-            raise InputError(
-                "", "", f"a period of {self.period:g} m", f"at least the irregularity's length {last - first:g} m"
-            )
+            allowed = f"at least {last - first:g} m, the length of what is repeated"
+            raise InputError("", "period", f"{self.period:g} m", allowed)
         if abs(float(course.value(np.array([last + 1.0]))[0])) > 1e-12 * course.height:
             raise InputError(
                 "", "", "an irregularity that ends at another height than it began", "one that returns to zero"
@@ -73,6 +72,13 @@ class Repeated(Irregularity):
         """Return that of what is repeated."""
         found: float | None = self.of.shortest_wave(radius)
         return found
+
+    def check_run(self, end: float) -> None:
+        """Refuse a run that is shorter than what is repeated; behind its last sample that is level."""
+        try:
+            Irregularity.check_run(self.of, end)
+        except InputError as error:
+            raise error.within("of") from None
 
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_quantity
+from wheeltapper.ground.errors import InputError, value_text
 
 __all__ = ["third_octave_levels"]
 
@@ -139,7 +140,7 @@ def filter_of_patch(wavenumber: FloatArray, radius: float) -> FloatArray:
     return np.asarray(1.0 / (1.0 + 0.25 * pi * (2.0 * pi * wavenumber * radius) ** 3))
 
 
-def third_octave_levels(heights: NDArray[Any], spacing: float) -> tuple[FloatArray, FloatArray]:
+def third_octave_levels(heights: NDArray[Any], spacing: float | str) -> tuple[FloatArray, FloatArray]:
     """Return the levels of equally spaced heights in third-octave bands of wavelength.
 
     From the periodogram under a Hann window, the straight line through the heights removed. Bands below two spacings,
@@ -162,11 +163,15 @@ def third_octave_levels(heights: NDArray[Any], spacing: float) -> tuple[FloatArr
     Raises
     ------
     InputError
-        If there are fewer than 16 heights, or one is not finite.
+        If there are fewer than 16 heights, or one is not finite; or for a spacing that is no positive length.
     """
-    y = np.asarray(heights, dtype=float)
+    spacing, allowed = as_quantity(spacing, "spacing", "length"), "at least 16 finite heights in a row, m"
+    try:
+        y = np.asarray(heights, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError("", "heights", value_text(heights), allowed) from error
     if y.ndim != 1 or len(y) < 16 or not np.isfinite(y).all():
-        raise InputError("", "heights", f"an array of shape {y.shape}", "at least 16 finite heights in a row")
+        raise InputError("", "heights", f"an array of shape {y.shape}, {np.isfinite(y).sum()} finite", allowed)
     along = np.arange(len(y)) - 0.5 * (len(y) - 1)
     y = y - y.mean() - along * (along @ y) / (along @ along)
     window = np.hanning(len(y) + 1)[:-1]

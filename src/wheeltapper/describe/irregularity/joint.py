@@ -49,6 +49,11 @@ class DippedJoint(Irregularity):
         """The depth of the middle, m."""
         return float(self.angle * self.length / 8.0 if self.depth is None else self.depth)
 
+    @property
+    def shortest_run(self) -> float:
+        """Length of the joint, m."""
+        return float(self.length)
+
     def similarity(self) -> Similarity:
         """Return what the fields scale; at a given angle, a longer joint is also deeper."""
         if self.depth is None:
@@ -64,10 +69,3 @@ class DippedJoint(Irregularity):
         rising = Polynomials(np.array([middle, end]), np.array([[-depth, 2.0 * depth / half, bend]]))
         ends = spline_stretch(falling), spline_stretch(rising)
         return Course((level(-inf, start), *ends, level(end, inf)), depth)
-
-    def check_run(self, end: float) -> None:
-        """Refuse a run that is shorter than the joint."""
-        if end < self.length:
-            raise InputError(
-                "", "length", f"{self.length:g} m, in a run over {end:g} m", "at most the length of the run"
-            )

@@ -14,7 +14,7 @@ from pydantic import model_validator
 from wheeltapper.describe.irregularity import samples, spline
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.course import Course, Polynomials, level
-from wheeltapper.describe.noun import Length, PositiveLength
+from wheeltapper.describe.noun import Length, PositiveLength, check_idle
 from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -68,17 +68,15 @@ class Measured(Irregularity):
             raise InputError(
                 "", "", "neither or both of path and positions with heights", "a path, or positions and heights"
             )
+        if self.path is None:
+            check_idle(self, ("columns",), "without a path")
         return self
 
     @cached_property
     def samples(self) -> tuple[FloatArray, FloatArray]:
         """Checked positions and heights in m."""
-        if self.path is not None:
-            x, y, lines = samples.read_columns(self.path, self.columns)
-            samples.check_samples(x, y, str(self.path), lines, self.allow_gaps)
-        else:
-            x, y = np.array(self.positions, dtype=float), np.array(self.heights, dtype=float)
-            samples.check_samples(x, y, "", None, self.allow_gaps)
+        given = self.positions, self.heights
+        x, y = samples.checked_columns(self.path, self.columns, given, allow_gaps=self.allow_gaps)
         return (x if self.start is None else x - x[0] + self.start), y
 
     @cached_property

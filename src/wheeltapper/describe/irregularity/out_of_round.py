@@ -14,7 +14,7 @@ from pydantic import model_validator
 from wheeltapper.describe.irregularity import samples, spline
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomials, Stretch, harmonic, level
-from wheeltapper.describe.noun import Angle, Length, PositiveLength
+from wheeltapper.describe.noun import Angle, Length, PositiveLength, check_idle
 from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -71,18 +71,19 @@ class OutOfRound(Irregularity):
             raise InputError("", "", f"{len(self.phases)} phases for {len(self.orders)} orders", "one for each")
         if any(order < 1 for order in self.orders):
             raise InputError("", "", f"orders {self.orders}", "1, 2, 3 …")
+        if self.orders:
+            check_idle(self, ("columns", "over", "noise"), "beside orders")
+        elif self.path is None:
+            check_idle(self, ("columns",), "without a path")
         return self
 
     @cached_property
     def samples(self) -> tuple[FloatArray, FloatArray]:
         """Checked arc or angle, and deviation in m."""
-        if self.path is None:
-            x, y = np.array(self.places, dtype=float), np.array(self.deviations, dtype=float)
-            samples.check_samples(x, y, "", None, allow_gaps=True)
-            return x, y
-        x, y, lines = samples.read_columns(self.path, self.columns, "angle" if self.over == "angle" else "length")
-        samples.check_samples(x, y, str(self.path), lines, allow_gaps=True)
-        return x, y
+        place = "angle" if self.over == "angle" else "length"
+        return samples.checked_columns(
+            self.path, self.columns, (self.places, self.deviations), place=place, allow_gaps=True
+        )
 
     @cached_property
     def forms(self) -> dict[float, Polynomials]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,20 @@ _SCALED = {
     if size != 1.0 and unit not in ("in", "°")
 }
 """Units other than SI that a heading may name. Without them the numbers would mean something else."""
+
+
+def checked_columns(
+    path: Path | None, columns: tuple[str | int, str | int] | None, given: tuple[Any, Any], *, place: str = "length",
+    allow_gaps: bool,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Return the two columns of a file, or those that are given instead, in SI units, after `check_samples`."""
+    if path is None:
+        x, y = (np.array(column, dtype=float) for column in given)
+        check_samples(x, y, "", None, allow_gaps)
+    else:
+        x, y, lines = read_columns(path, columns, place)
+        check_samples(x, y, str(path), lines, allow_gaps)
+    return x, y
 
 
 def read_columns(

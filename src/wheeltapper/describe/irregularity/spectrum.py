@@ -21,7 +21,7 @@ from wheeltapper.describe.irregularity.density import (
     published_density,
 )
 from wheeltapper.describe.irregularity.spline import spline_stretch
-from wheeltapper.describe.noun import Length, PositiveLength, Share
+from wheeltapper.describe.noun import Length, PositiveLength, Share, check_idle
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 
 FloatArray = NDArray[np.float64]
@@ -79,6 +79,7 @@ class Spectrum(Irregularity):
         How far the realisation is moved along the rail, m.
     """
 
+    stepwise: ClassVar[tuple[str, ...]] = ("wavelengths", "period")
     example: ClassVar[dict[str, Any]] = {"curve": "ISO 3095:2013", "wavelengths": (0.04, 0.4), "added": 20.0, "seed": 1}
     curve: str | None = None
     levels: Rows | None = None
@@ -110,7 +111,9 @@ class Spectrum(Irregularity):
         _check_rows("levels", self.levels)
         _check_rows("densities", self.densities, positive=True)
         _check_band("wavelengths", self.band, self.density.known)
-        if self.deviation is not None:
+        if self.deviation is None:
+            check_idle(self, ("deviation_band",), "without a deviation")
+        else:
             _check_band("deviation_band", self.deviation_band, self.band)
         if self.pieces > MOST_PIECES:
             found = f"waves of {self.band[0]:g} m over a period of {self.length:g} m, in {self.pieces} pieces"

@@ -14,7 +14,7 @@ from pydantic import model_validator
 from wheeltapper.describe.irregularity import samples, spline
 from wheeltapper.describe.irregularity.base import Irregularity, Similarity
 from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomials, harmonic, level
-from wheeltapper.describe.noun import Length, PositiveLength
+from wheeltapper.describe.noun import Length, PositiveLength, check_idle
 from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -67,21 +67,15 @@ class Weld(Irregularity):
             found = "more than " + given[0] if given else "no whole shape"
             raise InputError("", "", found, f"one of: {', '.join(pairs)}, path")
         if given == ["height and length"]:
-            own = type(self).model_fields
-            idle = [name for name in ("columns", "noise", "turned") if getattr(self, name) != own[name].default]
-            if idle:
-                raise InputError("", idle[0], "something that a cosine has not", "no such field, or a measured shape")
+            check_idle(self, ("columns", "noise", "turned"), "beside height and length")
+        elif self.path is None:
+            check_idle(self, ("columns",), "without a path")
         return self
 
     @cached_property
     def samples(self) -> tuple[FloatArray, FloatArray]:
         """Checked places from the middle of the samples, and heights over the line through their ends, m."""
-        if self.path is not None:
-            x, y, lines = samples.read_columns(self.path, self.columns)
-            samples.check_samples(x, y, str(self.path), lines, allow_gaps=False)
-        else:
-            x, y = np.array(self.positions, dtype=float), np.array(self.heights, dtype=float)
-            samples.check_samples(x, y, "", None, allow_gaps=False)
+        x, y = samples.checked_columns(self.path, self.columns, (self.positions, self.heights), allow_gaps=False)
         x = x - 0.5 * (x[0] + x[-1])
         over = y - np.interp(x, x[[0, -1]], y[[0, -1]])
         return x, -over if self.turned else over
@@ -91,6 +85,11 @@ class Weld(Irregularity):
         """The spline through the samples, or near them, about the middle."""
         x, y = self.samples
         return spline.smoothing_spline(x, y, self.noise) if self.noise else spline.interpolating_spline(x, y)
+
+    @property
+    def shortest_run(self) -> float:
+        """Length of the weld, m."""
+        return float(np.ptp(self.samples[0])) if self.length is None else float(self.length)
 
     def similarity(self) -> Similarity:
         """Return what the fields scale."""
@@ -117,9 +116,3 @@ class Weld(Irregularity):
         ends = self.form.derivative(self.form.breaks[[0, -1]], 0)
         parts = (level(-inf, part.start, float(ends[0])), part, level(part.end, inf, float(ends[1])))
         return Course(parts, float(np.ptp(self.samples[1])) or 1e-9)
-
-    def check_run(self, end: float) -> None:
-        """Refuse a run that is shorter than the weld."""
-        length = self.length if self.length is not None else float(np.ptp(self.samples[0]))
-        if end < length:
-            raise InputError("", "length", f"{length:g} m, in a run over {end:g} m", "at most the length of the run")

@@ -9,13 +9,14 @@ from pydantic import Field, model_validator
 from wheeltapper.describe.noun import Damping, Length, Mass, PositiveLength, Stiffness
 from wheeltapper.describe.track.base import Track
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.needs import DECK, Need
+from wheeltapper.ground.needs import DECK, DECK_ENDS, Need
 
 
 class FloatingDeck(Track):
     """A rigid deck of mass M on a bearing K-C_d, prestressed: at rest at zero under the static wheel load N0.
 
-    M·ÿ_M = -(N - N0) - K·y_M - C_d·ẏ_M (the paper, equation 2.3, with the bearing's damping, which it omits). While the
+    M·ÿ_M = -(N - N0) - K·y_M - C_d·ẏ_M (the paper, equation 2.3, with the bearing's damping, which it omits). Below
+    several wheelsets, N and N0 are the sums of their forces; then it has no ends, except below a wagon. While the
     wheel is off the deck, a constant force equal to the prestress acts instead. At entry the wheel replaces it; at exit
     the indentation jumps by -y_M.
 
@@ -52,5 +53,5 @@ class FloatingDeck(Track):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """The deck."""
-        return frozenset({DECK})
+        """The deck, and its ends, where it has one."""
+        return frozenset({DECK}) if self.start is None else frozenset({DECK, DECK_ENDS})

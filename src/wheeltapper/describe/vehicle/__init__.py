@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from wheeltapper.describe.vehicle.bogie import Bogie as Bogie
     from wheeltapper.describe.vehicle.element import Damper as Damper
     from wheeltapper.describe.vehicle.element import Element as Element
+    from wheeltapper.describe.vehicle.element import Friction as Friction
     from wheeltapper.describe.vehicle.element import Link as Link
     from wheeltapper.describe.vehicle.element import Spring as Spring
     from wheeltapper.describe.vehicle.element import Stop as Stop

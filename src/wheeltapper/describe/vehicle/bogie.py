@@ -5,10 +5,21 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from wheeltapper.describe.noun import Damping, Inertia, Mass, PositiveForce, PositiveLength, Stiffness
+from wheeltapper.describe.noun import (
+    Damping,
+    Inertia,
+    Length,
+    Mass,
+    PositiveForce,
+    PositiveLength,
+    PositiveStiffness,
+    SlidingForce,
+    Stiffness,
+)
 from wheeltapper.describe.vehicle.base import Vehicle
+from wheeltapper.describe.vehicle.kinks import kinks_of
 from wheeltapper.describe.vehicle.plane import FloatArray, PlaneVehicle
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.needs import BOGIE, Need
@@ -36,6 +47,14 @@ class Bogie(Vehicle):
         Per wheelset, N/m and N·s/m.
     secondary_stiffness, secondary_damping
         N/m and N·s/m.
+    primary_friction, primary_friction_stiffness, primary_bumpstop_gap, primary_rebound_gap
+        Per wheelset, as of :class:`~wheeltapper.Wheelset` without "primary".
+    primary_bumpstop_stiffness, primary_spring_corners, primary_blow_off_force, primary_blow_off_damping
+        The same.
+    secondary_friction, secondary_friction_stiffness, secondary_bumpstop_gap, secondary_rebound_gap
+        The same of the secondary suspension, between the frame's centre and a fixed point.
+    secondary_bumpstop_stiffness, secondary_spring_corners, secondary_blow_off_force, secondary_blow_off_damping
+        The same.
     wheel_load
         Static contact force per wheelset, with all weights, N.
     radius
@@ -60,11 +79,36 @@ class Bogie(Vehicle):
     wheel_load: PositiveForce
     radius: PositiveLength = 0.46
     wheels: int = Field(default=2, ge=1)
+    primary_friction: SlidingForce = 0.0
+    primary_friction_stiffness: PositiveStiffness | None = None
+    primary_bumpstop_gap: PositiveLength | None = None
+    primary_rebound_gap: PositiveLength | None = None
+    primary_bumpstop_stiffness: PositiveStiffness | None = None
+    primary_spring_corners: tuple[tuple[Length, Stiffness], ...] = ()
+    primary_blow_off_force: PositiveForce | None = None
+    primary_blow_off_damping: Damping = 0.0
+    secondary_friction: SlidingForce = 0.0
+    secondary_friction_stiffness: PositiveStiffness | None = None
+    secondary_bumpstop_gap: PositiveLength | None = None
+    secondary_rebound_gap: PositiveLength | None = None
+    secondary_bumpstop_stiffness: PositiveStiffness | None = None
+    secondary_spring_corners: tuple[tuple[Length, Stiffness], ...] = ()
+    secondary_blow_off_force: PositiveForce | None = None
+    secondary_blow_off_damping: Damping = 0.0
+
+    @model_validator(mode="after")
+    def _kinks_of_the_suspensions(self) -> Bogie:
+        frame = min(float(self.frame_mass), float(self.pitch_inertia) / (0.5 * float(self.wheelbase)) ** 2)
+        kinks_of(self, "primary_").check(
+            min(float(self.wheelset_mass), frame), self.primary_stiffness, self.primary_damping
+        )
+        kinks_of(self, "secondary_").check(self.frame_mass, self.secondary_stiffness, self.secondary_damping)
+        return self
 
     @property
     def needs(self) -> frozenset[Need]:
-        """The bogie."""
-        return frozenset({BOGIE})
+        """The bogie, and what is not linear in its suspensions."""
+        return frozenset({BOGIE}) | kinks_of(self, "primary_").needs | kinks_of(self, "secondary_").needs
 
     @property
     def positions(self) -> tuple[float, ...]:
@@ -88,4 +132,14 @@ class Bogie(Vehicle):
             mass=self.wheelset_mass, load=self.wheel_load, gravity=0.0, radius=self.radius, wheels=self.wheels
         )
         names = ("wheelset 1", "wheelset 2", "frame", "frame pitch")
-        return PlaneVehicle(names, mass, damping, stiffness, self.positions, (alone, alone))
+        elements = [
+            element
+            for prefix, name, row in (
+                ("primary_", "primary {} 1", primary[0]), ("primary_", "primary {} 2", primary[1]),
+                ("secondary_", "secondary {}", secondary),
+            )
+            for element in kinks_of(self, prefix).elements(
+                name, row, getattr(self, prefix + "stiffness"), getattr(self, prefix + "damping")
+            )
+        ]  # fmt: skip
+        return PlaneVehicle(names, mass, damping, stiffness, self.positions, (alone, alone), tuple(elements))

@@ -1,4 +1,4 @@
-"""Elements that connect the bodies of a vehicle: springs, dampers, stops and links between two points.
+"""Elements that connect the bodies of a vehicle: springs, dampers, friction, stops and links between two points.
 
 Each of the two ends of an element is fixed to a body. In the undeformed vehicle both ends are at the same place.
 `between` names two bodies, or a body and "ground", which moves steadily with the vehicle.
@@ -11,7 +11,17 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from wheeltapper.describe.noun import AngularStiffness, Damping, Force, Length, Noun, PositiveStiffness, Stiffness
+from wheeltapper.describe.noun import (
+    AngularStiffness,
+    Damping,
+    Force,
+    Length,
+    Noun,
+    PositiveForce,
+    PositiveStiffness,
+    Speed,
+    Stiffness,
+)
 from wheeltapper.ground.errors import InputError
 
 GROUND = "ground"
@@ -61,12 +71,19 @@ class Spring(Element):
 
 
 class Damper(Element):
-    """A damper in three directions, each optionally in series with a spring (the bush at its end).
+    """A damper in three directions, or a piecewise linear one in one; optionally in series with a spring (its bush).
 
     Parameters
     ----------
     damping
         Along x, y and z, N·s/m.
+    along
+        The direction of `rate` and `force`; None where `damping` says all.
+    rate, force
+        Instead of `damping`, in one direction: the corners of the force over the rate of extension, m/s and N, such as
+        those of a blow-off valve. They begin with (0, 0), and the force is odd in the rate, or they go through (0, 0)
+        from negative rates; beyond the outermost ones it continues straight. The force must not fall with the rate,
+        and must rise where there is a spring in series.
     series_stiffness
         Stiffness of the spring in series with each direction, N/m; None: rigid.
     free_play
@@ -75,7 +92,10 @@ class Damper(Element):
     """
 
     example: ClassVar[dict[str, Any]] = {"damping": (0.0, 0.0, 2e4)}
-    damping: tuple[Damping, Damping, Damping]
+    damping: tuple[Damping, Damping, Damping] | None = None
+    along: Literal["x", "y", "z"] | None = None
+    rate: tuple[Speed, ...] = ()
+    force: tuple[Force, ...] = ()
     series_stiffness: PositiveStiffness | None = None
     free_play: Length = Field(default=0.0, ge=0)
 
@@ -85,6 +105,74 @@ class Damper(Element):
             found = f"{self.free_play:g} m at a rigid end"
             raise InputError("", "free_play", found, "with series_stiffness, the spring that it leads to")
         return self
+
+    @model_validator(mode="after")
+    def _check_characteristic(self) -> Damper:
+        given = self.along is not None and bool(self.rate)
+        if given == (self.damping is not None) or given != (self.along is not None or bool(self.rate or self.force)):
+            named = ("damping", "along", "rate", "force")
+            found = ", ".join(name for name in named if getattr(self, name) not in (None, ())) or "none of them"
+            raise InputError("", "damping", found, "damping, or along, rate and force")
+        if given:
+            _check_corners("rate", self.rate, self.force)
+            if 0.0 not in self.rate or self.force[self.rate.index(0.0)] != 0.0 or self.rate[-1] == 0.0:
+                raise InputError("", "rate", "a characteristic that does not pass through zero", "rate 0 with force 0")
+            if any(b < a or (b == a and self.series_stiffness) for a, b in pairwise(self.force)):
+                rising = "rising ones beside series_stiffness" if self.series_stiffness else "ones that do not fall"
+                raise InputError("", "force", "numbers that do not rise", rising)
+        return self
+
+    @property
+    def slopes(self) -> tuple[float, float, float]:
+        """Damping along x, y and z about rest, N·s/m: of a piecewise linear force the slope on zero's positive side."""
+        if self.damping is not None:
+            return self.damping
+        zero = self.rate.index(0.0)
+        slope = self.force[zero + 1] / self.rate[zero + 1]
+        x, y, z = (slope if axis == self.along else 0.0 for axis in "xyz")
+        return x, y, z
+
+
+class Friction(Element):
+    """Dry (Coulomb) friction in one direction: it sticks until its force reaches a limit, then slides with a given one.
+
+    With `series_stiffness` it is an elastic slider (a Jenkins element): what sticks is a spring; it sticks again where
+    its sliding rate falls through zero. Without, what sticks is a rigid constraint, whose force is found together with
+    those of all others that stick; where the sliding rate comes to zero, and no force within `force` holds it there, it
+    goes on the other way. Where friction elements that stick hold each other, so that their forces are not determined,
+    they share them as equally stiff springs would. Vehicles begin at rest, with all friction sticking without a force.
+
+    `wt.modes` and `wt.stability` take friction that sticks: as its spring, or as fixed.
+
+    Parameters
+    ----------
+    along
+        The direction.
+    force
+        Friction force while it slides, N.
+    static_force
+        Force at which it begins to slide, N, at least `force`; None: `force`.
+    series_stiffness
+        Stiffness of the spring in series, N/m; None: rigid.
+    """
+
+    example: ClassVar[dict[str, Any]] = {"along": "z", "force": 500.0}
+    along: Literal["x", "y", "z"]
+    force: PositiveForce
+    static_force: PositiveForce | None = None
+    series_stiffness: PositiveStiffness | None = None
+
+    @model_validator(mode="after")
+    def _check_static_force(self) -> Friction:
+        if self.static_force is not None and self.static_force < self.force:
+            allowed = f"at least force, {self.force:g} N"
+            raise InputError("", "static_force", f"{self.static_force:g} N", allowed)
+        return self
+
+    @property
+    def limit(self) -> float:
+        """Force at which it begins to slide, N."""
+        return float(self.force if self.static_force is None else self.static_force)
 
 
 class Stop(Element):
@@ -105,15 +193,18 @@ class Stop(Element):
 
     @model_validator(mode="after")
     def _check_rising(self) -> Stop:
-        if len(self.deflection) != len(self.force):
-            raise InputError(
-                "", "", f"{len(self.deflection)} deflections and {len(self.force)} forces", "as many of both"
-            )
+        _check_corners("deflection", self.deflection, self.force)
         if self.deflection[0] != 0.0 or self.force[0] != 0.0:
             raise InputError("", "", "a characteristic that does not begin at zero", "deflection 0 and force 0 first")
-        if any(b <= a for a, b in pairwise(self.deflection)):
-            raise InputError("", "deflection", "numbers that do not rise", "strictly rising ones")
         return self
+
+
+def _check_corners(name: str, places: tuple[float, ...], force: tuple[float, ...]) -> None:
+    """Refuse corners of a characteristic over `name` that are not pairs, or whose places do not rise."""
+    if len(places) != len(force) or len(places) < 2:
+        raise InputError("", "", f"{len(places)} {name}s and {len(force)} forces", "as many of both, two at least")
+    if any(b <= a for a, b in pairwise(places)):
+        raise InputError("", name, "numbers that do not rise", "strictly rising ones")
 
 
 class Link(Element):

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.vehicle.kinks import Element, kinks_of
+
 if TYPE_CHECKING:
     from wheeltapper.describe.vehicle.wheelset import Wheelset
 
@@ -15,6 +17,8 @@ FloatArray = NDArray[np.float64]
 
 class PlaneVehicle(NamedTuple):
     """M·y'' + C·y' + K·y = N - N0, y upwards from the static state; the first freedoms are those of the wheelsets.
+
+    The end of a wheelset's damper that is in a bush is a freedom without mass. What has play is not in the matrices.
 
     Attributes
     ----------
@@ -26,6 +30,8 @@ class PlaneVehicle(NamedTuple):
         x of each wheelset at time zero, m.
     wheelsets
         Each as if it stood alone: its weight is the static force on it.
+    elements
+        What is not linear, beside the matrices.
     """
 
     freedoms: tuple[str, ...]
@@ -34,6 +40,7 @@ class PlaneVehicle(NamedTuple):
     stiffness: FloatArray
     positions: tuple[float, ...]
     wheelsets: tuple[Wheelset, ...]
+    elements: tuple[Element, ...] = ()
 
     @property
     def rails(self) -> int:
@@ -48,8 +55,29 @@ class PlaneVehicle(NamedTuple):
 
 def side_by_side(wheelsets: tuple[Wheelset, ...], positions: tuple[float, ...]) -> PlaneVehicle:
     """Return wheelsets that share nothing but the track."""
-    names = tuple(f"wheelset {i + 1}" for i in range(len(wheelsets)))
-    mass, damping, stiffness = (
-        np.diag([float(getattr(one, field)) for one in wheelsets]) for field in ("mass", "damping", "stiffness")
-    )
-    return PlaneVehicle(names, mass, damping, stiffness, positions, wheelsets)
+    names = [f"wheelset {i + 1}" for i in range(len(wheelsets))]
+    bushes = [(i, one) for i, one in enumerate(wheelsets) if one.bush_stiffness is not None]
+    names += [end_name(i) for i, _ in bushes]
+    mass, damping, stiffness = np.zeros((3, len(names), len(names)))
+    for i, one in enumerate(wheelsets):
+        mass[i, i], stiffness[i, i] = one.mass, one.stiffness
+        damping[i, i] = 0.0 if one.damper_end else one.damping
+    for end, (i, one) in enumerate(bushes, len(wheelsets)):
+        damping[end, end] = one.damping
+        if not one.damper_play:
+            spring = np.zeros(len(names))
+            spring[[i, end]] = 1.0, -1.0
+            stiffness += float(one.bush_stiffness or 0.0) * np.outer(spring, spring)
+    elements = [
+        element
+        for i, one in enumerate(wheelsets)
+        for element in kinks_of(one).elements(
+            f"primary {{}} {i + 1}", np.eye(len(names))[i], one.stiffness, one.damping
+        )
+    ]
+    return PlaneVehicle(tuple(names), mass, damping, stiffness, positions, wheelsets, tuple(elements))
+
+
+def end_name(wheelset: int) -> str:
+    """Return the name of the freedom of a damper's end, of a wheelset counted from zero."""
+    return f"damper end {wheelset + 1}"

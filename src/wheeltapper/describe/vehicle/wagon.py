@@ -34,7 +34,7 @@ class Wagon(Vehicle):
     axles
         The wheelsets, beginning with the leading one; their names in elements are "wheelset 1", "wheelset 2", …
     elements
-        Springs, dampers, stops and links.
+        Springs, dampers, friction, stops and links.
     gravity
         g, m/s².
     """
@@ -232,4 +232,4 @@ def _spring_and_damper(
         Damper(name=name.format("damper"), damping=through, series_stiffness=data["series_stiffness"], **where),
         Damper(name=name.format("bush"), damping=direct, **where),
     ]
-    return [spring, *(damper for damper in dampers if any(damper.damping))]
+    return [spring, *(damper for damper in dampers if any(damper.slopes))]

@@ -10,14 +10,17 @@ from wheeltapper.describe.noun import (
     Force,
     Length,
     Mass,
+    PositiveForce,
     PositiveLength,
     PositiveStiffness,
+    SlidingForce,
     Stiffness,
 )
 from wheeltapper.describe.vehicle.base import Vehicle
+from wheeltapper.describe.vehicle.kinks import kinks_of
 from wheeltapper.describe.vehicle.plane import PlaneVehicle, side_by_side
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.needs import DAMPER_END, DAMPER_PLAY, NOTHING, Need
+from wheeltapper.ground.needs import DAMPER_END, DAMPER_PLAY, Need
 
 FASTEST = 1e6
 """Largest rate of a suspension, √(k/m) or c/m, and of a bush, k_b/c, 1/s.
@@ -36,6 +39,9 @@ class Wheelset(Vehicle):
     moves between two stops, |y - z| ≤ g. The damper acts, with -c·ẏ, only while the wheel is at a stop and moves
     outwards. Otherwise there is no force, and z rests. With a bush, F = k_b·(y - z) = c·ż: the damper acts only below
     the frequency k_b/c. With both, F = k_b·(y - z ∓ g) beyond the gap, and zero within it.
+
+    Dry friction, bumpstops, corners of the spring and a damper that blows off are beside it (docs/theory/motion.rst,
+    section 1.9). They are given from the static state, in which with them the spring, too, is unstretched.
 
     Parameters
     ----------
@@ -59,6 +65,22 @@ class Wheelset(Vehicle):
         Position of the end in its gap at the start, from -1 to 1: z = y + damper_play_start·g; 0 is the middle.
     bush_stiffness
         k_b of the bush between wheel and damper, N/m, at most c·1e6/s; None: rigid.
+    friction
+        Sliding force of dry friction in parallel with the spring, N; 0: none.
+    friction_stiffness
+        Stiffness in series with the dry friction, N/m, at most m·1e8/s²: sticking, it is a spring of this stiffness
+        about where it stuck; needed with friction.
+    bumpstop_gap, rebound_gap
+        Compression and extension from the static state at which a bumpstop is met, m; None: none that way.
+    bumpstop_stiffness
+        Of the bumpstops, N/m, at most m·1e8/s².
+    spring_corners
+        Where the stiffness of the spring changes, seen from the static state, and what it is beyond: pairs of a
+        compression, m, negative in extension, and a stiffness, N/m; in rising order.
+    blow_off_force
+        Force of the damper either way from which on it gives way, N; None: linear.
+    blow_off_damping
+        The derivative of its force by the rate from there on, N·s/m, less than `damping`.
     """
 
     mass: Mass
@@ -71,6 +93,14 @@ class Wheelset(Vehicle):
     damper_play: Length = Field(default=0.0, ge=0)
     damper_play_start: float = Field(default=0.0, ge=-1, le=1)
     bush_stiffness: PositiveStiffness | None = None
+    friction: SlidingForce = 0.0
+    friction_stiffness: PositiveStiffness | None = None
+    bumpstop_gap: PositiveLength | None = None
+    rebound_gap: PositiveLength | None = None
+    bumpstop_stiffness: PositiveStiffness | None = None
+    spring_corners: tuple[tuple[Length, Stiffness], ...] = ()
+    blow_off_force: PositiveForce | None = None
+    blow_off_damping: Damping = 0.0
 
     @model_validator(mode="after")
     def _pressed_on_the_rail(self) -> Wheelset:
@@ -109,6 +139,14 @@ class Wheelset(Vehicle):
             )  # fmt: skip
         return self
 
+    @model_validator(mode="after")
+    def _kinks_of_a_suspension(self) -> Wheelset:
+        kinks_of(self).check(self.mass, self.stiffness, self.damping)
+        if self.blow_off_force is not None and self.damper_end:
+            what = "damper_play" if self.damper_play > 0.0 else "bush_stiffness"
+            raise InputError("", "blow_off_force", f"{self.blow_off_force:g} N with {what}", "one of both")
+        return self
+
     @property
     def damper_end(self) -> bool:
         """Whether the damper has a movable end: play, or a bush."""
@@ -116,10 +154,9 @@ class Wheelset(Vehicle):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """The end of the damper, where it has one of its own."""
-        if self.damper_play > 0.0:
-            return frozenset({DAMPER_END, DAMPER_PLAY})
-        return frozenset({DAMPER_END}) if self.damper_end else NOTHING
+        """The end of the damper, where it has one of its own, and what is not linear."""
+        has = {DAMPER_END: self.damper_end, DAMPER_PLAY: self.damper_play > 0.0}
+        return kinks_of(self).needs.union(need for need, there in has.items() if there)
 
     @property
     def weight(self) -> float:

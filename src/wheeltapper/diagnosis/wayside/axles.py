@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,28 +82,60 @@ class _Seen:
     height: FloatArray
 
 
+class _Groups(NamedTuple):
+    """Pulses in groups, one group after the other: their numbers, where each group begins, and how many it has."""
+
+    pulses: NDArray[np.int64]
+    first: NDArray[np.int64]
+    counts: NDArray[np.int64]
+
+    @property
+    def numbers(self) -> NDArray[np.int64]:
+        """Number of the group of each pulse."""
+        return np.repeat(np.arange(len(self.counts)), self.counts)
+
+    def medians(self, values: FloatArray) -> FloatArray:
+        """Return the median of each group of values, one for each pulse."""
+        ordered = values[np.lexsort((values, self.numbers))]
+        return np.asarray(0.5 * (ordered[self.first + (self.counts - 1) // 2] + ordered[self.first + self.counts // 2]))
+
+    def channels(self, seen: _Seen) -> NDArray[np.int64]:
+        """Return the number of channels in each group."""
+        every = int(seen.channel.max()) + 1
+        return np.bincount(np.unique(self.numbers * every + seen.channel[self.pulses]) // every)
+
+
+class _Grouping(NamedTuple):
+    """A way to make axles of pulses: how well it does, the direction, all pulses, those of each axle, slowness, s/m."""
+
+    score: int
+    direction: float
+    seen: _Seen
+    groups: _Groups
+    slowness: FloatArray
+
+
 def passages_of(several: list[Pulses]) -> list[Passage]:
     """Return the trains in the pulses of channels, in the order of time."""
     at_seats = any(np.isnan(p.channel.length) for p in several)
-    told = [0.0, 0.0]
+    if not any(len(p.times) for p in several):
+        return []
+    tried = []
     for length in SEAT_LENGTHS if at_seats else (1.0,):
-        tried = _all_pulses(several, length)
-        if not len(tried.time):
-            return []
-        for number, way in enumerate((1.0, -1.0)):
-            found = _clustered(tried, way)
-            score = _score(tried, found[0])
-            if score > max(told):
-                seen, (clusters, slowness), direction = tried, found, way
-            told[number] = max(told[number], score)
+        all_pulses = _all_pulses(several, length)
+        for way in (1.0, -1.0):
+            found = _clustered(all_pulses, way)
+            tried.append(_Grouping(_score(all_pulses, found[0]), way, all_pulses, *found))
+    score, direction, seen, groups, slowness = max(tried, key=lambda one: one.score)
+    either = {one.direction for one in tried if one.score == score} == {1.0, -1.0}
     known = bool(np.ptp(seen.place) > 0.0)
-    clusters = _in_order(seen, clusters, len(several))
+    clusters = _in_order(seen, np.split(groups.pulses, groups.first[1:]), len(several))
     out = []
     for members in _split(seen, clusters, slowness):
         axles, others = _told_apart(seen, members, len(several))
         if not axles:
             continue
-        passage = _passage(seen, axles, slowness, direction, several, known, told[0] == told[1])
+        passage = _passage(seen, axles, slowness, direction, several, known, either)
         out.append(replace(passage, notes=(*passage.notes, *(_other_note(seen, one, several) for one in others))))
     return out
 
@@ -111,22 +144,25 @@ def _told_apart(
     seen: _Seen, clusters: list[NDArray[np.int64]], channels: int
 ) -> tuple[list[NDArray[np.int64]], list[NDArray[np.int64]]]:
     """Return the pulses that are of axles, and those that are of none: a few faint ones, in few channels."""
-    axles: list[NDArray[np.int64]] = []
-    others: list[NDArray[np.int64]] = []
-    for members in clusters:
-        share = len(np.unique(seen.channel[members])) / channels
-        faint = share <= 0.5 and np.median(seen.height[members]) < FAINT
-        (others if faint or share <= FEW else axles).append(members)
-    return axles, others
+    groups = _grouped(clusters)
+    shares = groups.channels(seen) / channels
+    faint = (shares <= 0.5) & (groups.medians(seen.height[groups.pulses]) < FAINT) | (shares <= FEW)
+    axles = [members for members, other in zip(clusters, faint, strict=True) if not other]
+    return axles, [members for members, other in zip(clusters, faint, strict=True) if other]
+
+
+def _grouped(clusters: list[NDArray[np.int64]]) -> _Groups:
+    counts = np.array([len(members) for members in clusters])
+    return _Groups(np.concatenate(clusters), np.cumsum(counts) - counts, counts)
 
 
 def _other_note(seen: _Seen, members: NDArray[np.int64], several: list[Pulses]) -> str:
-    share, names = float(np.median(seen.height[members])), _names(several, seen.channel[members])
+    share, names = median_of(seen.height[members]), channel_names(several, seen.channel[members])
     what = f"a pulse at {seen.time[members].mean():.4g} s, {100 * share:.0f} % of the usual ones"
     return f"{what}, counts as no axle: only in {names}"
 
 
-def _names(several: list[Pulses], numbers: NDArray[np.int64]) -> str:
+def channel_names(several: Sequence[Pulses], numbers: NDArray[np.int64]) -> str:
     """Return the names of channels, of which many are counted."""
     names = [several[k].channel.sensor.name for k in np.unique(numbers)]
     return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
@@ -150,7 +186,7 @@ def _all_pulses(several: list[Pulses], at_seats: float) -> _Seen:
     )  # fmt: skip
 
 
-def _clustered(seen: _Seen, direction: float) -> tuple[list[NDArray[np.int64]], FloatArray]:
+def _clustered(seen: _Seen, direction: float) -> tuple[_Groups, FloatArray]:
     """Return the pulses of each axle if trains go this way, and the slowness at each pulse, s/m."""
     slowness = _running_median(seen.slowness, AROUND)
     middle = float(np.mean(seen.place))
@@ -159,9 +195,18 @@ def _clustered(seen: _Seen, direction: float) -> tuple[list[NDArray[np.int64]], 
         order = np.argsort(at_middle, kind="stable")
         gaps = np.diff(at_middle[order])
         wide = np.maximum(slowness[order][1:], slowness[order][:-1])
-        clusters = np.split(order, np.flatnonzero(gaps > CLOSEST * wide) + 1)
-        slowness = _refined(seen, clusters, slowness, direction)
-    return clusters, slowness
+        first = np.concatenate(([0], np.flatnonzero(gaps > CLOSEST * wide) + 1))
+        groups = _Groups(order, first, np.diff(first, append=len(order)))
+        before, slowness = slowness, _refined(seen, groups, slowness, direction)
+        if (slowness == before).all():
+            break
+    return groups, slowness
+
+
+def median_of(values: FloatArray) -> float:
+    """Return the median of a few values, quicker than numpy does."""
+    ordered, half = sorted(values.tolist()), len(values) // 2
+    return float(ordered[half] if len(values) % 2 else 0.5 * (ordered[half - 1] + ordered[half]))
 
 
 def _running_median(values: FloatArray, count: int) -> FloatArray:
@@ -170,15 +215,23 @@ def _running_median(values: FloatArray, count: int) -> FloatArray:
     return np.asarray(median_filter(values, size=min(count, len(values)), mode="nearest"))
 
 
-def _refined(seen: _Seen, clusters: list[NDArray[np.int64]], slowness: FloatArray, direction: float) -> FloatArray:
+def _refined(seen: _Seen, groups: _Groups, slowness: FloatArray, direction: float) -> FloatArray:
     """Return the slowness that follows from the times at several places; without those, the one before."""
     out = slowness.copy()
-    for members in clusters:
-        place, time = seen.place[members], seen.time[members]
-        if np.ptp(place) > 0.0:
-            found = direction * _robust_slope(place, time, ALIKE * float(np.median(slowness[members])))
-            if 0.5 < found / float(np.median(slowness[members])) < 2.0:
-                out[members] = found
+    pairs = groups.first[groups.counts == 2]
+    a, b = groups.pulses[pairs], groups.pulses[pairs + 1]
+    way = seen.place[b] - seen.place[a]
+    found = direction * (seen.time[b] - seen.time[a]) / np.where(way == 0.0, np.inf, way)
+    change = found / (0.5 * (slowness[a] + slowness[b]))
+    sure = (change > 0.5) & (change < 2.0)
+    out[a[sure]] = out[b[sure]] = found[sure]
+    for group in np.flatnonzero(groups.counts > 2):
+        members = groups.pulses[groups.first[group] :][: groups.counts[group]]
+        place, time, usual = seen.place[members], seen.time[members], median_of(slowness[members])
+        if place.min() < place.max():
+            slope = direction * _robust_slope(place, time, ALIKE * usual)
+            if 0.5 < slope / usual < 2.0:
+                out[members] = slope
     return out
 
 
@@ -199,10 +252,10 @@ def _robust_slope(x: FloatArray, t: FloatArray, far: float) -> float:
     return slope
 
 
-def _score(seen: _Seen, clusters: list[NDArray[np.int64]]) -> float:
+def _score(seen: _Seen, groups: _Groups) -> int:
     """Return how well pulses of different channels make axles: best, if slowness and direction are right."""
-    counts = [(len(members), len(np.unique(seen.channel[members]))) for members in clusters]
-    return float(sum(channels**2 - 4 * (pulses - channels) for pulses, channels in counts))
+    channels = groups.channels(seen)
+    return int(np.sum(channels**2 - 4 * (groups.counts - channels)))
 
 
 def _in_order(seen: _Seen, clusters: list[NDArray[np.int64]], channels: int) -> list[NDArray[np.int64]]:
@@ -218,9 +271,9 @@ def _in_order(seen: _Seen, clusters: list[NDArray[np.int64]], channels: int) -> 
 
 def _split(seen: _Seen, clusters: list[NDArray[np.int64]], slowness: FloatArray) -> list[list[NDArray[np.int64]]]:
     """Return the axles of each train: no axle is between the channels for as long as a long way takes."""
-    first = np.array([seen.time[members].min() for members in clusters])
-    last = np.array([seen.time[members].max() for members in clusters])
-    paces = np.array([np.median(slowness[members]) for members in clusters])
+    groups = _grouped(clusters)
+    time, paces = seen.time[groups.pulses], groups.medians(slowness[groups.pulses])
+    first, last = np.minimum.reduceat(time, groups.first), np.maximum.reduceat(time, groups.first)
     gaps = (first[1:] - last[:-1]) / np.maximum(paces[1:], paces[:-1])
     ends = [0, *(np.flatnonzero(gaps > APART) + 1).tolist(), len(clusters)]
     return [clusters[a:b] for a, b in zip(ends[:-1], ends[1:], strict=True)]
@@ -231,29 +284,32 @@ def _passage(
     known: bool, either: bool,
 ) -> Passage:  # fmt: skip
     """Return a train: times and speeds of its axles by lines through their pulses and their neighbours'."""
-    paces = np.array([float(np.median(slowness[members])) for members in clusters])
+    groups = _grouped(clusters)
+    each = groups.numbers
+    place, time = seen.place[groups.pulses], seen.time[groups.pulses]
+    paces = groups.medians(slowness[groups.pulses])
     middle = _place_of_slope(np.array([p.channel.place for p in several]))
-    at_middle = np.array(
-        [np.median(seen.time[m] - direction * (seen.place[m] - middle) * paces[i]) for i, m in enumerate(clusters)]
-    )
-    weights = np.array([max(float(np.sum((seen.place[m] - seen.place[m].mean()) ** 2)), 1e-6) for m in clusters])
+    at_middle = groups.medians(time - direction * (place - middle) * paces[each])
+    off = place - (np.add.reduceat(place, groups.first) / groups.counts)[each]
+    weights = np.maximum(np.add.reduceat(off**2, groups.first), 1e-6)
     paces = _smooth_paces(at_middle, paces, weights, _pace_error(at_middle, paces))
-    at_middle, spread = _middles(seen, clusters, paces, direction, middle)
+    pace = paces[each]
+    at = time - direction * (place - middle) * pace
+    at_middle, spread = _middles(groups, at, pace)
+    # Of several pulses in a channel the highest counts, if it is where the others are: the last that is written.
+    own = np.flatnonzero(np.abs(at - at_middle[each]) <= CLOSEST * pace)
+    own = own[np.argsort(seen.height[groups.pulses[own]], kind="stable")]
+    pulses = groups.pulses[own]
     numbers = np.full((len(clusters), len(several)), -1)
-    for axle, members in enumerate(
-        clusters
-    ):  # of several pulses in a channel, the highest, if it is where the others are
-        at = seen.time[members] - direction * (seen.place[members] - middle) * paces[axle]
-        own = members[np.abs(at - at_middle[axle]) <= CLOSEST * paces[axle]]
-        own = own[np.argsort(seen.height[own], kind="stable")]
-        numbers[axle, seen.channel[own]] = seen.number[own]
+    numbers[each[own], seen.channel[pulses]] = seen.number[pulses]
     speeds = 1.0 / paces
-    steps = np.array([_least_step(seen, a, b) for a, b in zip(clusters[:-1], clusters[1:], strict=True)])
-    longest = STOOD * float(np.ptp(seen.place)) * paces
-    stood = [i for i, members in enumerate(clusters) if np.ptp(seen.time[members]) > longest[i]]
-    steps = steps if stood else np.diff(at_middle)
+    lasted = np.maximum.reduceat(time, groups.first) - np.minimum.reduceat(time, groups.first)
+    stood = np.flatnonzero(lasted > STOOD * float(np.ptp(seen.place)) * paces).tolist()
+    steps = np.diff(at_middle)
+    if stood:
+        steps = np.array([_least_step(seen, a, b) for a, b in zip(clusters[:-1], clusters[1:], strict=True)])
     places = np.concatenate(([0.0], np.cumsum(steps * 0.5 * (speeds[1:] + speeds[:-1]))))
-    notes = _notes(numbers, several, speeds, known, either)
+    notes = _notes(speeds, known, either)
     if stood and known:
         which = ", ".join(str(i + 1) for i in stood)
         told = f"the train stopped with axles {which} among the channels: speeds and distances there are uncertain"
@@ -291,40 +347,40 @@ def _smooth_paces(times: FloatArray, paces: FloatArray, weights: FloatArray, err
 
     Neighbours that are far from the median of the nearest do not count: there the speed has changed, or is wrong.
     """
-    count = int(np.clip((error / STEADY) ** 2 / 2.0, *NEIGHBOURS))
+    axles = np.arange(len(paces))
+    count = min(int(np.clip((error / STEADY) ** 2 / 2.0, *NEIGHBOURS)), len(paces))
+    near = axles[:, None] + np.arange(-count, count + 1)
+    there, near = (near >= 0) & (near < len(paces)), np.clip(near, 0, len(paces) - 1)
     local = _running_median(paces, 5)
-    out = np.empty(len(paces))
-    for i in range(len(paces)):
-        near = slice(max(i - count, 0), i + count + 1)
-        t, s = times[near] - times[i], paces[near]
-        off = np.abs(s / local[i] - 1.0)
-        w = weights[near] * (off <= np.clip(5.0 * np.median(off), *CHANGED))
-        if not w.any():
-            out[i] = local[i]
-            continue
-        mean_t, mean_s = np.average(t, weights=w), np.average(s, weights=w)
-        spread = float(w @ (t - mean_t) ** 2)
-        slope = float(w @ ((t - mean_t) * (s - mean_s))) / spread if np.count_nonzero(w) > 2 and spread > 0.0 else 0.0
-        out[i] = mean_s - slope * mean_t
-    return out
+    t, s = times[near] - times[:, None], paces[near]
+    off = np.where(there, np.abs(s / local[:, None] - 1.0), np.inf)
+    ordered, many = np.sort(off, axis=1), there.sum(axis=1)
+    usual = 0.5 * (ordered[axles, (many - 1) // 2] + ordered[axles, many // 2])
+    w = weights[near] * (off <= np.clip(5.0 * usual, *CHANGED)[:, None])
+    total = w.sum(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean_t, mean_s = (w * t).sum(axis=1) / total, (w * s).sum(axis=1) / total
+        t, s = t - mean_t[:, None], s - mean_s[:, None]
+        spread = (w * t**2).sum(axis=1)
+        slope = np.where((np.count_nonzero(w, axis=1) > 2) & (spread > 0.0), (w * t * s).sum(axis=1) / spread, 0.0)
+        unsure = ((w * t * (s - slope[:, None] * t)) ** 2).sum(axis=1) / spread**2  # the variance of the slope
+        shrunk = np.where(slope != 0.0, slope * np.maximum(1.0 - unsure / slope**2, 0.0), 0.0)
+        return np.where(total > 0.0, mean_s - shrunk * mean_t, local)
 
 
-def _middles(
-    seen: _Seen, clusters: list[NDArray[np.int64]], paces: FloatArray, direction: float, middle: float
-) -> tuple[FloatArray, float]:
-    """Return when each axle is in the middle of the site, s, and how far its pulses scatter about that, m."""
-    out, off = np.empty(len(clusters)), []
-    for i, members in enumerate(clusters):
-        at = seen.time[members] - direction * (seen.place[members] - middle) * paces[i]
-        near = np.abs(at - np.median(at)) <= ALIKE * paces[i]
-        out[i] = at[near].mean() if near.any() else np.median(at)
-        off.append((at - out[i])[near] / paces[i])
-    return out, float(np.std(np.concatenate(off)))
+def _middles(groups: _Groups, at: FloatArray, pace: FloatArray) -> tuple[FloatArray, float]:
+    """Return when each axle is in the middle of the site, s, and how far its pulses scatter about that, m.
+
+    `at` is when each pulse says so, s, `pace` its axle's slowness, s/m.
+    """
+    usual, each = groups.medians(at), groups.numbers
+    near = np.abs(at - usual[each]) <= ALIKE * pace
+    many = np.add.reduceat(near, groups.first, dtype=np.int64)
+    out = np.where(many > 0, np.add.reduceat(at * near, groups.first) / np.maximum(many, 1), usual)
+    return out, float(np.std(((at - out[each]) / pace)[near]))
 
 
-def _notes(
-    numbers: NDArray[np.int64], several: list[Pulses], speeds: FloatArray, known: bool, either: bool
-) -> tuple[str, ...]:
+def _notes(speeds: FloatArray, known: bool, either: bool) -> tuple[str, ...]:
     notes = []
     if not known:
         notes.append(
@@ -332,10 +388,6 @@ def _notes(
         )
     elif either:
         notes.append("the pulses fit both directions; that of growing x is taken")
-    for axle, lost in enumerate(numbers < 0, 1):
-        if lost.any():
-            where = f"{int(lost.sum())} of {len(lost)} channels: {_names(several, np.flatnonzero(lost))}"
-            notes.append(f"axle {axle}: lost in {where}")
     if len(speeds) > 1 and speeds.min() < 0.8 * speeds.max():
         notes.append(
             f"the speed changes from {3.6 * speeds[0]:.1f} to {3.6 * speeds[-1]:.1f} km/h, "

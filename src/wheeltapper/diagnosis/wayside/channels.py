@@ -63,7 +63,7 @@ class Channel:
         return low_passed(self.forces, self.rate, cutoff) if 2.5 * cutoff < self.rate else self.forces
 
 
-def read_channels(files: Any, site: Site | str | Path) -> dict[str, Recording]:
+def read_channels(files: Any, site: Site | str | Path, *, apart: bool = False) -> dict[str, Recording]:
     """Read the channels of a site's sensors from one file or several.
 
     Parameters
@@ -73,11 +73,14 @@ def read_channels(files: Any, site: Site | str | Path) -> dict[str, Recording]:
         bears its name, or its number in the file; a file with one column to the sensor with the file's name.
     site
         The site, or the path of its TOML file.
+    apart
+        As for `read_recording`.
 
     Returns
     -------
     dict
-        The recording of each sensor, by its name. Files share one clock: times are those in them, or begin together.
+        The recording of each sensor, by its name; that of a deck's sensor with a name, too, if it is there. Files share
+        one clock: times are those in them, or begin together.
 
     Raises
     ------
@@ -92,14 +95,17 @@ def read_channels(files: Any, site: Site | str | Path) -> dict[str, Recording]:
         one.name: Wanted("force", one.unit, one.rate if "rate" in one.model_fields_set else None)
         for one in _sensors_of(site)
     }
+    deck = site.sensor.name if site.passage is not None else ""
+    if deck:
+        wanted[deck] = Wanted("deck acceleration", None, site.sensor.rate)
     found: dict[str, Recording] = {}
     for path in paths:
-        here = read_channels_of(path, wanted)
+        here = read_channels_of(path, wanted, apart=apart)
         twice = next((name for name in here if name in found), None)
         if twice is not None:
             raise InputError(str(path), twice, f"a channel that is also in {found[twice].source}", "one file for each")
         found |= here
-    lost = [name for name in wanted if name not in found]
+    lost = [name for name in wanted if name not in found and name != deck]
     if lost:
         source = str(paths[0]) if len(paths) == 1 else ""
         raise InputError(source, "sensor.name", f"no column {lost[0]!r}", "a column or a file for each sensor")
@@ -115,7 +121,8 @@ def _sensors_of(site: Site) -> tuple[Sensor, ...]:
 def channels_of(recordings: Mapping[str, Recording] | Iterable[str | Path] | str | Path, site: Site) -> list[Channel]:
     """Return a site's channels, ordered by their places; read them if files are given."""
     sensors = {one.name: one for one in _sensors_of(site)}
-    found = recordings if isinstance(recordings, Mapping) else read_channels(recordings, site)
+    found = dict(recordings if isinstance(recordings, Mapping) else read_channels(recordings, site))
+    found.pop(site.sensor.name if site.passage is not None else "", None)
     for name, one in found.items():
         if name not in sensors:
             raise InputError("", "recordings", f"{name!r}", with_suggestion(str(name), sensors))
@@ -144,12 +151,13 @@ def _channel(sensor: Sensor, recording: Recording, site: Site) -> Channel:
     )
 
 
-def foot_line(smooth: FloatArray, rate: float) -> FloatArray:
-    """Return a first zero line, N: a foot of each block, and lines between them; a wheel that stands is no foot."""
-    count = int(np.clip(len(smooth) / (SHORTEST_BLOCK * rate), 1, BLOCKS))
-    edges = np.linspace(0, len(smooth), count + 1).astype(int)
-    feet = np.array([np.quantile(smooth[a:b], FOOT) for a, b in zip(edges[:-1], edges[1:], strict=True)])
+def foot_points(few: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
+    """Return the points of a first zero line, samples and N: a foot of each block; a wheel that stands is no foot."""
+    count = int(np.clip(len(few) / (SHORTEST_BLOCK * rate), 1, BLOCKS))
+    edges = np.linspace(0, len(few), count + 1).astype(int)
+    apart = max(int(rate / (2.0 * PEAKS)), 1)  # what lies between such samples says nothing more
+    feet = np.array([np.quantile(few[a:b:apart], FOOT) for a, b in zip(edges[:-1], edges[1:], strict=True)])
     middle = float(np.median(feet))
-    high = feet > middle + 0.25 * (float(smooth.max()) - middle)
+    high = feet > middle + 0.25 * (float(few.max()) - middle)
     feet[high] = np.interp(np.flatnonzero(high), np.flatnonzero(~high), feet[~high])
-    return np.asarray(np.interp(np.arange(len(smooth)), 0.5 * (edges[:-1] + edges[1:]), feet))
+    return 0.5 * (edges[:-1] + edges[1:]), feet

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from math import isfinite, nan
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,13 +14,22 @@ from wheeltapper.describe.site import Site, as_any_site
 from wheeltapper.diagnosis.alarms import alarms_of
 from wheeltapper.diagnosis.train import TrainFinding
 from wheeltapper.diagnosis.wayside.axles import Passage, passages_of, with_known_distances
-from wheeltapper.diagnosis.wayside.channels import PEAKS, channels_of
+from wheeltapper.diagnosis.wayside.channels import PEAKS, Channel, FloatArray, channels_of, read_channels
+from wheeltapper.diagnosis.wayside.deck import DIAGNOSED, Diagnosed, deck_recording, with_models
+from wheeltapper.diagnosis.wayside.doubts import (
+    doubtful_gains,
+    exchanged_sides,
+    lost_axles,
+    misfits,
+    sound_channels,
+    spans_text,
+)
 from wheeltapper.diagnosis.wayside.pulses import Pulses, pulses_of
 from wheeltapper.diagnosis.wayside.vehicles import Vehicle, vehicles_of
-from wheeltapper.diagnosis.wayside.wheels import Side, imbalance, sides_of, turn_between
-from wheeltapper.ground.arguments import as_list, as_quantity, check_text
+from wheeltapper.diagnosis.wayside.wheels import Side, imbalance, seats_of, sides_of, turn_between
+from wheeltapper.ground.arguments import as_list, as_quantity, check_choice, check_text
 from wheeltapper.ground.errors import InputError, value_text
-from wheeltapper.record.limits.rule import Rules, as_rules
+from wheeltapper.record.limits.rule import Rule, Rules, as_rules
 from wheeltapper.record.recording import Recording
 
 STRIKES, NO_STRIKES, NO_FORCE = "strikes", "no strikes", "no force"
@@ -31,11 +41,12 @@ def measure_trains(
     recordings: Mapping[str, Recording] | Iterable[str | Path] | str | Path,
     site: Site | str | Path,
     *,
-    distances: Sequence[float] | None = None,
+    distances: Sequence[float | str] | None = None,
     rules: Rules = None,
     countries: Sequence[str] | None = None,
     name: str = "",
     date: str = "",
+    diagnosed: Diagnosed = "none",
 ) -> tuple[TrainFinding, ...]:
     """Measure the trains in recordings of a track's sensors, without a model.
 
@@ -56,6 +67,9 @@ def measure_trains(
         Alarm rules, or their file; by default those of the package, of all countries.
     name, date
         Name of the recording and date of the passage; both are only repeated in the results.
+    diagnosed
+        Axles that are diagnosed with the site's deck, too, by the acceleration of its sensor, whose name is that of a
+        column: "none", "suspicious" (strikes, alarms, or no force) or "all". Each takes seconds.
 
     Returns
     -------
@@ -70,27 +84,73 @@ def measure_trains(
     site, chosen = as_any_site(site), as_rules(rules, countries)
     check_text(name, "name")
     check_text(date, "date")
+    check_choice(diagnosed, "diagnosed", DIAGNOSED)
+    given = recordings if isinstance(recordings, Mapping) else read_channels(recordings, site)
+    found = trains_in(channels_of(given, site), site, chosen, distances, name, date)
+    return tuple(one.finding for one in with_deck(found, given, site, diagnosed))
+
+
+class Measured(NamedTuple):
+    """A train, and what it was measured by."""
+
+    finding: TrainFinding
+    passage: Passage
+    pulses: list[Pulses]
+
+
+def trains_in(
+    channels: Iterable[Channel], site: Site, rules: tuple[Rule, ...], distances: Sequence[float | str] | None,
+    name: str, date: str,
+) -> list[Measured]:  # fmt: skip
+    """Return the trains in a site's channels, in the order of time."""
     what = "distances of neighbouring axles, m"
     known = (
         None
         if distances is None
         else [as_quantity(one, "distances", "length") for one in as_list(distances, "distances", what)]
     )
-    several = [pulses_of(channel) for channel in channels_of(recordings, site)]
+    sound, notes = sound_channels(list(channels))
+    several = [pulses_of(channel) for channel in sound]
+    uncounted, more = doubtful_gains(several)
     trains = []
     for passage in passages_of(several):
         found = passage if known is None else with_known_distances(passage, known)
-        trains.append(_train(found, several, site, chosen, name, date))
-    return tuple(trains)
+        sides = sides_of(found, several, site.wheel_radius, uncounted)
+        exchanged, said = exchanged_sides(sides)
+        if exchanged:
+            wrong = {n for n, one in enumerate(several) if one.channel.sensor.name in exchanged}
+            sides = sides_of(found, several, site.wheel_radius, uncounted | wrong)
+        of_axles = (*misfits(found, several), *lost_axles(found.pulses, several))
+        found = replace(found, notes=(*notes, *more, *said, *of_axles, *found.notes))
+        trains.append(Measured(_train(found, several, sides, site, rules, name, date), found, several))
+    return trains
 
 
-def _train(passage: Passage, several: Sequence[Pulses], site: Site, rules: Any, name: str, date: str) -> TrainFinding:
-    vehicles, sides = vehicles_of(passage.places.tolist()), sides_of(passage, several, site.wheel_radius)
+def with_deck(
+    found: Sequence[Measured], recordings: Mapping[str, Recording], site: Site, diagnosed: Diagnosed
+) -> list[Measured]:
+    """Return trains whose axles are diagnosed by the deck's recording, too."""
+    if diagnosed == "none":
+        return list(found)
+    deck = deck_recording(recordings, site)
+    if deck is None or site.passage is None:
+        raise InputError(
+            "", "diagnosed", f"{diagnosed!r}, without a recording of a deck", "'none', or a site with a deck"
+        )
+    return [one._replace(finding=with_models(one.finding, deck, site, diagnosed)) for one in found]
+
+
+def _train(
+    passage: Passage, several: Sequence[Pulses], sides: Sequence[Side], site: Site, rules: tuple[Rule, ...], name: str,
+    date: str,
+) -> TrainFinding:  # fmt: skip
+    vehicles = vehicles_of(passage.places.tolist())
+    seats = [seats_of(passage, several, side.side) for side in sides]
     entries = []
     for number, vehicle in enumerate(vehicles, 1):
         for bogie, axles in enumerate(vehicle.bogies, 1):
             for axle in axles:
-                entry = _entry(axle, passage, sides, site)
+                entry = _entry(axle, passage, sides, seats, site)
                 entries.append(entry | {"vehicle": number, "bogie": bogie})
     notes = [note for pulses in several for note in pulses.channel.notes]
     alone = [str(one.axles[0] + 1) for one in vehicles if one.kind == "alone"]
@@ -103,9 +163,15 @@ def _train(passage: Passage, several: Sequence[Pulses], site: Site, rules: Any, 
     )  # fmt: skip
 
 
-def _entry(axle: int, passage: Passage, sides: Sequence[Side], site: Site) -> dict[str, Any]:
+def _entry(
+    axle: int, passage: Passage, sides: Sequence[Side], seats: Sequence[tuple[list[dict[str, float]], FloatArray]],
+    site: Site,
+) -> dict[str, Any]:  # fmt: skip
     """Return what is known of an axle, in SI units."""
     wheels = [_wheel(axle, side, site) for side in sides]
+    for wheel, (at_seats, loads) in zip(wheels, seats, strict=True):
+        if at_seats[axle]:
+            wheel |= {"seats": at_seats[axle], "relative_load": float(loads[axle])}
     forces = {wheel["side"]: wheel["static_force"] for wheel in wheels}
     whole = [forces.get("left"), forces.get("right")]
     verdicts = [wheel["verdict"] for wheel in wheels]
@@ -128,7 +194,7 @@ def _wheel(axle: int, side: Side, site: Site) -> dict[str, Any]:
     strikes = side.strikes[axle]
     seen = isfinite(side.mean[axle])
     means = {name: float(one) for name, one in zip(side.names, side.of_channels[axle], strict=True) if isfinite(one)}
-    gains = [one.gain_uncertainty for one in site.sensors if one.name in means]
+    gains = [one.gain_uncertainty for one in site.sensors if one.name in means and one.name in side.counted]
     turn = turn_between(strikes, site.wheel_radius)
     return {
         "side": side.side,
@@ -177,10 +243,11 @@ def _lost_forces(sides: Sequence[Side]) -> list[str]:
     out = []
     for side in sides:
         where = f" {side.side}" if side.side else ""
-        lost = np.flatnonzero(~np.isfinite(side.mean)) + 1
-        out += [f"axle {axle}{where}: no channel shows its whole passage; it has no force" for axle in lost]
+        lost = (np.flatnonzero(~np.isfinite(side.mean)) + 1).tolist()
+        if lost and side.names:
+            out.append(f"axles {spans_text(lost)}{where}: no channel shows the whole passage; they have no force")
         if side.clipped.any():
-            axles = ", ".join(str(axle + 1) for axle in np.flatnonzero(side.clipped))
+            axles = spans_text((np.flatnonzero(side.clipped) + 1).tolist())
             out.append(f"axles {axles}{where}: clipped or missing samples in a channel, which does not count for them")
     return out
 
@@ -195,7 +262,10 @@ def _what_forces_are(several: Sequence[Pulses]) -> list[str]:
     if max(gains) > 0.0:
         out.append(f"gains of single channels are known to {100 * max(gains):.3g} %")
     if any(not isfinite(pulses.channel.length) for pulses in several):
-        out.append("sensors at seats count for axles and speeds; no force is taken from them")
+        out.append(
+            "sensors at seats count for axles and speeds, and compare wheels of this train; a seat's share of a "
+            "wheel's force depends on the track, so that no force of a wheel is taken from them"
+        )
     if {one.side for one in sensors} in ({"left"}, {"right"}, {None}):
         out.append("sensors of one rail: no axle loads and no imbalance")
     return out

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.signal import find_peaks, peak_prominences
 
-from wheeltapper.diagnosis.wayside.channels import PEAKS, Channel, FloatArray, foot_line
+from wheeltapper.diagnosis.wayside.channels import PEAKS, Channel, FloatArray, foot_points
 from wheeltapper.record.filtering import low_passed
 
 FAINTEST = 6.0
@@ -26,6 +26,10 @@ HIGH = 0.4
 """if it is not as high as this share of them, so that it may be of a wheel that left the rail."""
 SURE = 0.25
 """Pulses of this share of the highest are certainly of wheels: by them the usual ones are known."""
+OF_EACH = 15
+"""The median of the means of so many parts of a piece of a gap is a point of the zero line."""
+NEIGHBOURS = (1, 4, 16, 64)
+"""Neighbours on either side that are tried to smooth the zero line."""
 AROUND = 15
 """Number of pulses of which the median is the usual duration."""
 
@@ -64,19 +68,13 @@ class Pulses:
 def pulses_of(channel: Channel) -> Pulses:
     """Return the pulses of a channel; its zero line is drawn through the gaps between them."""
     smooth = channel.smooth(PEAKS)
-    zero = foot_line(smooth, channel.rate)
-    for share in SMALLEST:
-        force = smooth - zero
-        noise = noise_of(force, channel.rate, PEAKS)
-        spans = _spans(force, max(FAINTEST * noise, share * float(force.max(initial=0.0))))
-        lengths = spans[:, 1] - spans[:, 0]
-        zero = _zero_line(smooth, spans[lengths >= SHORT * np.median(lengths)] if len(spans) else spans, zero)
+    zero = _zero_line(smooth, channel.rate)
     force = smooth - zero
-    noise = noise_of(force, channel.rate, PEAKS)
+    noise, level = _least_height(force, channel.rate, SMALLEST[-1])
     if np.isnan(channel.length):
-        rows = _at_seat(force, channel.rate, max(FAINTEST * noise, SMALLEST[-1] * float(force.max(initial=0.0))))
+        rows = _at_seat(force, channel.rate, level)
     else:
-        rows = [row for span in spans if (row := _half_height(force, *span)) is not None]
+        rows = [row for span in _spans(force, level).tolist() if (row := _half_height(force, *span)) is not None]
     begin, end, heights = np.array(rows).reshape(-1, 3).T
     durations = (end - begin) / channel.rate
     real = _real(durations, heights)
@@ -84,19 +82,98 @@ def pulses_of(channel: Channel) -> Pulses:
     return Pulses(channel, times[real], durations[real], heights[real], force, zero, noise)
 
 
+def _zero_line(smooth: FloatArray, rate: float) -> FloatArray:
+    """Return the zero line, which is drawn ever better by few of the samples: what lies between them says no more."""
+    apart = max(int(rate / (4.0 * PEAKS)), 1)
+    few, each = smooth[::apart].copy(), np.arange(-(-len(smooth) // apart), dtype=float)
+    line = np.interp(each, *foot_points(few, rate / apart))
+    for share in SMALLEST:
+        force = few - line
+        spans = _spans(force, _least_height(force, rate / apart, share)[1])
+        lengths = spans[:, 1] - spans[:, 0]
+        gaps = _gaps(spans[lengths >= SHORT * np.median(lengths)], len(few)) if len(spans) else None
+        if gaps is not None:
+            line = np.interp(each, *_medians(few, *gaps))
+    if gaps is not None:
+        places, feet = _medians(few, *gaps, fine=True)
+        line = np.interp(each, places, _smoothed(places, feet))
+    rise = np.diff(line, append=line[-1]) / apart
+    return np.asarray((line[:, None] + rise[:, None] * np.arange(apart)).ravel()[: len(smooth)])
+
+
+def _gaps(spans: NDArray[np.int64], samples: int) -> tuple[NDArray[np.int64], NDArray[np.int64], float] | None:
+    """Return first and last sample of the gaps between pulses that are longer than these; None if there are none.
+
+    What is near a pulse is not in the gap. The third is the usual length of a pulse, in samples.
+    """
+    lengths = spans[:, 1] - spans[:, 0]
+    begin = np.concatenate(([0], spans[:, 1] + lengths // 4 + 1))
+    end = np.concatenate((spans[:, 0] - lengths // 4 - 1, [samples]))
+    usual = float(np.median(lengths))
+    wide = end - begin >= max(8.0, usual)
+    return (begin[wide], end[wide], usual) if wide.any() else None
+
+
+def _medians(
+    few: FloatArray, begin: NDArray[np.int64], end: NDArray[np.int64], usual: float, *, fine: bool = False
+) -> tuple[FloatArray, FloatArray]:
+    """Return the medians of pieces of the gaps between pulses: where, in samples, and N.
+
+    The pieces are long, so that a missed pulse does not count; or, if `fine`, about as long as a pulse.
+    """
+    least = max(usual, 8.0) if fine else max(float(np.median(end - begin)), 4.0 * usual, 64.0)
+    many = np.clip((end - begin) // least, 1, None).astype(int)
+    gap = np.repeat(np.arange(len(many)), many)
+    step = ((end - begin) / many)[gap]
+    first = begin[gap] + step * (np.arange(len(gap)) - (np.cumsum(many) - many)[gap])
+    cuts = first[:, None] + step[:, None] * np.arange(OF_EACH + 1) / OF_EACH
+    before = np.minimum(cuts.astype(int), len(few) - 1)
+    total = np.concatenate(([0.0], np.cumsum(few)))[before] + (cuts - before) * few[before]
+    return first + 0.5 * step, np.median(np.diff(total, axis=1), axis=1) * OF_EACH / step
+
+
+def _smoothed(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return the points of a line: each by the straight line through its neighbours, as many as foretell points best.
+
+    A steady line with much noise takes many neighbours, one that wanders few.
+    """
+    errors = [float(np.mean(np.abs(_by_neighbours(x, y, many, 0) - y))) for many in NEIGHBOURS]
+    best = NEIGHBOURS[int(np.argmin(errors))]
+    return y if best == 1 else _by_neighbours(x, y, best, 1)
+
+
+def _by_neighbours(x: FloatArray, y: FloatArray, many: int, own: int) -> FloatArray:
+    """Return what the straight line through so many neighbours on either side says of each point; `own` counts it."""
+    k, x = np.arange(len(x)), x - x.mean()
+    first, last = np.maximum(k - many, 0), np.minimum(k + many + 1, len(x))
+    parts = np.array([np.ones(len(x)), x, y, x * x, x * y])
+    total = np.concatenate((np.zeros((5, 1)), np.cumsum(parts, axis=1)), axis=1)
+    n, sx, sy, sxx, sxy = total[:, last] - total[:, first] - (1 - own) * parts
+    n = np.maximum(n, 1.0)
+    spread = n * sxx - sx * sx
+    slope = np.where(spread > n * n, n * sxy - sx * sy, 0.0) / np.maximum(spread, 1.0)
+    return np.asarray(sy / n + slope * (x - sx / n))
+
+
+def _least_height(force: FloatArray, rate: float, share: float) -> tuple[float, float]:
+    """Return the noise and the least height of a pulse, N."""
+    noise = noise_of(force, rate, PEAKS)
+    return noise, max(FAINTEST * noise, share * float(force.max(initial=0.0)))
+
+
 def noise_of(force: FloatArray, rate: float, cutoff: float) -> float:
     """Return the standard deviation of a low-passed noise, N, by what the force changes in a period of the cut-off.
 
     Neither drift nor axles count, since most samples are beside both.
     """
-    apart = max(round(rate / cutoff), 1)
-    return float(1.4826 / 2.0**0.5 * np.median(np.abs(force[apart:] - force[:-apart])))
+    steps = np.abs(np.diff(force[:: max(round(rate / cutoff), 1)]))
+    return float(1.4826 / 2.0**0.5 * middle_value(steps))
 
 
 def _spans(force: FloatArray, level: float) -> NDArray[np.int64]:
     """Return first and last sample above a level; spans are joined where the force falls away for a moment."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], (force > level).astype(np.int8), [0]))))
-    spans = edges.reshape(-1, 2)
+    above = np.concatenate(([False], force > level, [False]))
+    spans = np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2)
     while len(spans) > 1:
         lengths = spans[:, 1] - spans[:, 0]
         gaps = spans[1:, 0] - spans[:-1, 1]
@@ -108,23 +185,12 @@ def _spans(force: FloatArray, level: float) -> NDArray[np.int64]:
     return spans
 
 
-def _zero_line(smooth: FloatArray, spans: NDArray[np.int64], before: FloatArray) -> FloatArray:
-    """Return lines between the medians of gaps, so that a missed pulse does not count, nor what is near a pulse."""
-    if not len(spans):
-        return before
-    lengths = spans[:, 1] - spans[:, 0]
-    begin = np.concatenate(([0], spans[:, 1] + lengths // 4 + 1))
-    end = np.concatenate((spans[:, 0] - lengths // 4 - 1, [len(smooth)]))
-    wide = end - begin >= max(8.0, float(np.median(lengths)))
-    if not wide.any():
-        return before
-    middles, feet = [], []
-    least = int(max(np.median(end[wide] - begin[wide]), 4.0 * np.median(lengths), 64.0))
-    for a, b in zip(begin[wide], end[wide], strict=True):  # long gaps give several points, so that lines follow a drift
-        cuts = np.linspace(a, b, int(np.clip((b - a) // least, 1, 64)) + 1).astype(int)
-        middles += (0.5 * (cuts[1:] + cuts[:-1])).tolist()
-        feet += [float(np.median(smooth[i:k])) for i, k in zip(cuts[:-1], cuts[1:], strict=True)]
-    return np.interp(np.arange(len(smooth)), middles, feet)
+def middle_value(values: FloatArray) -> float:
+    """Return the upper median of many samples, quicker than numpy's."""
+    half = len(values) // 2
+    found = values.copy()
+    found.partition(half)
+    return float(found[half])
 
 
 def _at_seat(force: FloatArray, rate: float, level: float) -> list[tuple[float, float, float]]:
@@ -147,17 +213,18 @@ def _half_height(force: FloatArray, first: int, last: int) -> tuple[float, float
     inner = force[first + (last - first) // 4 : last - (last - first) // 4]
     if len(inner) < 2:
         return None
-    height = float(np.median(inner))
-    over = np.flatnonzero(force[first:last] > 0.5 * height) + first
-    if not len(over) or over[0] == 0 or over[-1] + 1 >= len(force):
+    height = middle_value(inner)
+    over = force[first:last] > 0.5 * height
+    begin, end = first + int(over.argmax()), last - 1 - int(over[::-1].argmax())
+    if not over.any() or begin == 0 or end + 1 >= len(force):
         return None
-    return _crossing(force, over[0] - 1, 0.5 * height), _crossing(force, over[-1], 0.5 * height), height
+    return _crossing(force, begin - 1, 0.5 * height), _crossing(force, end, 0.5 * height), height
 
 
 def _crossing(force: FloatArray, i: int, level: float) -> float:
     """Return where the force crosses a level between the samples i and i + 1."""
-    step = force[i + 1] - force[i]
-    return float(i + (np.clip((level - force[i]) / step, 0.0, 1.0) if step else 0.5))
+    before, behind = force[i : i + 2].tolist()
+    return i + (min(max((level - before) / (behind - before), 0.0), 1.0) if behind != before else 0.5)
 
 
 def usual_height(heights: FloatArray) -> float:

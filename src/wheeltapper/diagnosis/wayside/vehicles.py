@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -16,6 +16,8 @@ LINKED = (1.8, 9.0)
 """Distances of the last axle of a vehicle and the first of the next, m."""
 EQUAL = 0.02
 """Largest difference of two bogies' wheelbases, over them: those of one vehicle are equal."""
+MOST = 16
+"""Largest number of axles of a vehicle."""
 COSTS = {"bogies": 0.0, "shared bogies": 1.2, "axles": 0.6, "alone": 3.0}
 """What each kind of vehicle costs, for each vehicle; the cheapest division of a train is the likely one."""
 UNEQUAL = 0.3
@@ -45,46 +47,50 @@ def vehicles_of(places: Sequence[float]) -> list[Vehicle]:
     gaps = [b - a for a, b in zip(places[:-1], places[1:], strict=True)]
     count = len(places)
     best: list[tuple[float, list[Vehicle]]] = [(0.0, []), *[(inf, list[Vehicle]())] * count]
-    for end in range(1, count + 1):
-        for begin in range(max(end - 16, 0), end):
-            if begin and not LINKED[0] <= gaps[begin - 1] <= LINKED[1] and end - begin > 1:
-                continue
-            before, vehicles = best[begin]
-            found = _one_vehicle(begin, gaps[begin : end - 1])
-            if found is None or before == inf:
-                continue
+    for begin in range(count):
+        before, vehicles = best[begin]
+        for found in _vehicles_from(begin, gaps):
+            end = found.axles[-1] + 1
             cost = before + COSTS[found.kind] + _step_cost(vehicles, found, gaps)
             if cost < best[end][0]:
                 best[end] = cost, [*vehicles, found]
     return best[count][1]
 
 
-def _one_vehicle(first: int, gaps: Sequence[float]) -> Vehicle | None:
-    """Return the vehicle whose axles follow each other at these distances, or None."""
-    if not gaps:
-        return Vehicle("alone", ((first,),))
-    if len(gaps) == 1:
-        return Vehicle("axles", ((first,), (first + 1,))) if ALONE[0] <= gaps[0] <= ALONE[1] else None
-    bogies, current = [], [first]
-    for number, gap in enumerate(gaps, first + 1):
-        if gap >= BETWEEN:
+def _vehicles_from(first: int, gaps: Sequence[float]) -> Iterator[Vehicle]:
+    """Yield the vehicles that an axle may lead."""
+    yield Vehicle("alone", ((first,),))
+    if first == len(gaps) or (first and not LINKED[0] <= gaps[first - 1] <= LINKED[1]):
+        return
+    if ALONE[0] <= gaps[first] <= ALONE[1]:
+        yield Vehicle("axles", ((first,), (first + 1,)))
+    bogies: list[tuple[int, ...]] = []
+    current = [first]
+    for axle in range(first + 1, min(first + MOST, len(gaps) + 1)):
+        if gaps[axle - 1] >= BETWEEN:
+            if len(current) not in (2, 3) or (bogies and len(current) != len(bogies[0])):
+                return
             bogies.append(tuple(current))
             current = []
-        elif not BOGIE[0] <= gap <= BOGIE[1]:
-            return None
-        current.append(number)
-    bogies.append(tuple(current))
-    if len(bogies) < 2 or len({len(bogie) for bogie in bogies}) > 1 or len(bogies[0]) not in (2, 3):
-        return None
-    inner = [[gaps[axle - first] for axle in bogie[:-1]] for bogie in bogies]
-    ends = inner[-1][::-1]
-    if any(abs(a - b) > EQUAL * a for a, b in zip(inner[0], ends, strict=True)):
+        elif not BOGIE[0] <= gaps[axle - 1] <= BOGIE[1]:
+            return
+        current.append(axle)
+        if bogies and len(current) == len(bogies[0]):
+            kind = _kind_of([*bogies, tuple(current)], gaps)
+            if kind is not None:
+                yield Vehicle(kind, (*bogies, tuple(current)))
+
+
+def _kind_of(bogies: Sequence[tuple[int, ...]], gaps: Sequence[float]) -> str | None:
+    """Return the kind of a vehicle with such bogies, of equally many axles; None, if there is none."""
+    ends = [gaps[axle] for axle in reversed(bogies[-1][:-1])]
+    if any(abs(gaps[axle] - other) > EQUAL * gaps[axle] for axle, other in zip(bogies[0][:-1], ends, strict=True)):
         return None
     if len(bogies) == 2:
-        return Vehicle("bogies", tuple(bogies))
-    between = [gaps[bogie[-1] - first] for bogie in bogies[:-1]]
+        return "bogies"
+    between = [gaps[bogie[-1]] for bogie in bogies[:-1]]
     alike = max(between) < 1.5 * min(between)  # cars that share bogies are about as long as each other
-    return Vehicle("shared bogies", tuple(bogies)) if alike and len(bogies) <= 8 and len(bogies[0]) == 2 else None
+    return "shared bogies" if alike and len(bogies[0]) == 2 else None
 
 
 def _step_cost(before: list[Vehicle], vehicle: Vehicle, gaps: Sequence[float]) -> float:

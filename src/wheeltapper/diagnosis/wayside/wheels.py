@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from math import pi
 from typing import Any, NamedTuple
@@ -14,6 +14,7 @@ from wheeltapper.diagnosis.wayside.axles import Passage
 from wheeltapper.diagnosis.wayside.channels import STRIKES, FloatArray
 from wheeltapper.diagnosis.wayside.pulses import Pulses, noise_of
 
+IntArray = NDArray[np.int64]
 BESIDE = 0.1
 """How far, m, a wheel is beside a sensor where the sensor's pulse has ended."""
 UNSTEADY = 1.3
@@ -39,10 +40,13 @@ SAME_PLACE = 0.08
 AT_ONCE = 2e-3
 """Strikes that are less apart in time, s, are one: that of the wheel in which it is the largest. So are those that come
 whole turns of that wheel before or after,"""
+WAVES = 2000.0
+"""Speed with which strikes come through the rail to another wheel's sensor, m/s: that of bending waves near 1 kHz."""
 FARTHEST = 6
 """up to so many."""
 USUAL_TURNS, ECHO = (2.6, 3.2), 0.8
-"""Circumferences, m, where a wheel shows one strike only; the other must then be weaker by this factor."""
+"""Circumferences, m, where a wheel shows one strike only, or a single distance; another wheel's strike is an echo of a
+single one only if it is weaker by this factor."""
 
 
 class Strike(NamedTuple):
@@ -68,6 +72,8 @@ class Side:
         Mean of each wheel in each channel, N, (axle, channel).
     names
         Names of the channels.
+    counted
+        Names of those that count for forces.
     strikes
         Those of each wheel, in the order of time.
     clipped
@@ -79,117 +85,186 @@ class Side:
     peak: FloatArray
     of_channels: FloatArray
     names: tuple[str, ...]
+    counted: tuple[str, ...]
     strikes: tuple[tuple[Strike, ...], ...]
     clipped: NDArray[np.bool_]
 
 
-def sides_of(passage: Passage, several: Sequence[Pulses], radius: float | None = None) -> list[Side]:
-    """Return what each rail shows of a train's wheels, of this radius, m, if it is known."""
+def sides_of(
+    passage: Passage, several: Sequence[Pulses], radius: float | None = None, uncounted: Collection[int] = ()
+) -> list[Side]:
+    """Return what each rail shows of a train's wheels, of this radius, m, if it is known.
+
+    Of the channels with the numbers `uncounted` only the means of channels are given.
+    """
     sides: dict[str | None, list[int]] = {}
     for number, pulses in enumerate(several):
+        own = sides.setdefault(pulses.channel.sensor.side, [])
         if np.isfinite(pulses.channel.length):
-            sides.setdefault(pulses.channel.sensor.side, []).append(number)
+            own.append(number)
     order = [side for side in ("left", "right", None) if side in sides]
-    return [_side(side, passage, several, sides[side], radius) for side in order]
+    return [_side(side, passage, several, sides[side], radius, uncounted) for side in order]
+
+
+class Trace(NamedTuple):
+    """What a sensor reads of a wheel: places of the wheel, m, and forces below 500 Hz, N."""
+
+    channel: str
+    x: FloatArray
+    force: FloatArray
+
+
+def traces_of(passage: Passage, several: Sequence[Pulses], axle: int, side: str | None) -> tuple[Trace, ...]:
+    """Return what each sensor of a rail reads of an axle's wheel while it is near; axles are numbered from 0."""
+    out = []
+    for number, pulses in enumerate(several):
+        channel = pulses.channel
+        if channel.sensor.side != side or not np.isfinite(channel.length):
+            continue
+        views = _views(passage, pulses, number)
+        if views.there[axle]:
+            at = np.arange(views.first[axle], views.last[axle])
+            share = np.sign(passage.speeds[axle]) * (at - views.middle[axle]) / views.count[axle]
+            out.append(Trace(channel.sensor.name, channel.place + channel.length * share, pulses.force[at]))
+    return tuple(out)
 
 
 def _side(
-    side: str | None, passage: Passage, several: Sequence[Pulses], numbers: list[int], radius: float | None
-) -> Side:
+    side: str | None, passage: Passage, several: Sequence[Pulses], numbers: list[int], radius: float | None,
+    uncounted: Collection[int],
+) -> Side:  # fmt: skip
     axles, names = len(passage.times), tuple(several[number].channel.sensor.name for number in numbers)
     means, peaks, excess, whens = np.full((4, axles, len(numbers)), np.nan)
     clipped = np.zeros(axles, dtype=bool)
     quick = [several[number].channel.smooth(STRIKES) - several[number].zero for number in numbers]
     noise = np.array([noise_of(q, several[n].channel.rate, STRIKES) for q, n in zip(quick, numbers, strict=True)])
-    views = {}
+    views = [_views(passage, several[number], number) for number in numbers]
     for k, number in enumerate(numbers):
-        pulses = several[number]
-        raw = pulses.channel.forces - pulses.zero
-        total = np.concatenate(([0.0], np.cumsum(raw)))
-        for axle in range(axles):
-            view = _view(passage, pulses, number, axle)
-            if view is None:
-                continue
-            if pulses.channel.missing[view.first : view.last].any():
-                clipped[axle] = True
-                continue
-            means[axle, k] = view.mean(total)
-            peaks[axle, k] = pulses.force[view.within(view.sure)].max(initial=means[axle, k])
-            views[axle, k] = view
-    shape = _usual_shape(views, quick, means)
-    for (axle, k), view in views.items():
-        beyond = quick[k][view.first : view.last] - means[axle, k] * np.interp(view.shares, SHARES, shape)
-        top = int(np.argmax(beyond))
-        excess[axle, k] = beyond[top]
-        whens[axle, k] = several[numbers[k]].channel.start + (view.first + top) / several[numbers[k]].channel.rate
-    seen = np.isfinite(means).any(axis=1)
+        pulses, view = several[number], views[k]
+        lost = view.holding(np.flatnonzero(pulses.channel.missing))
+        clipped |= lost
+        view.there[lost] = False
+        means[:, k] = view.means(pulses.channel.forces - pulses.zero)
+        peaks[:, k] = view.peaks(pulses.force, means[:, k])
+    counted = [k for k, number in enumerate(numbers) if number not in uncounted]
+    shape = _usual_shape([(views[k], quick[k], means[:, k]) for k in counted])
+    for k in counted:
+        channel = several[numbers[k]].channel
+        excess[:, k], tops = views[k].largest(quick[k], means[:, k], shape)
+        whens[:, k] = channel.start + tops / channel.rate
+    seen = np.isfinite(means[:, counted]).any(axis=1)
     mean, peak = np.full((2, axles), np.nan)
-    mean[seen], peak[seen] = np.nanmean(means[seen], axis=1), np.nanmax(peaks[seen], axis=1)
+    if seen.any():
+        mean[seen] = np.nanmean(means[seen][:, counted], axis=1)
+        peak[seen] = np.nanmax(peaks[seen][:, counted], axis=1)
     strikes = _strikes(passage, mean, excess, whens, noise, names, radius)
-    return Side(side, mean, peak, means, names, strikes, clipped)
+    return Side(side, mean, peak, means, names, tuple(names[k] for k in counted), strikes, clipped)
 
 
 @dataclass(frozen=True, eq=False)
-class _View:
-    """The samples of a channel in which a wheel is near its sensor.
+class _Views:
+    """The samples of a channel in which each wheel is near its sensor, from `first` to before `last`.
 
     `middle` is when the wheel is in the middle, in samples, `count` how many samples it takes over the length, `sure`
-    the half of the part in which peaks count, in samples.
+    the half of the part in which peaks count, in samples. Not all of them are there.
     """
 
-    first: int
-    last: int
-    middle: float
-    count: float
-    sure: float
-    stands: bool
+    first: IntArray
+    last: IntArray
+    middle: FloatArray
+    count: FloatArray
+    sure: FloatArray
+    stands: NDArray[np.bool_]
+    there: NDArray[np.bool_]
 
-    @property
-    def shares(self) -> FloatArray:
-        """Place of the wheel at each sample, over the length, from the middle."""
-        return np.asarray((np.arange(self.first, self.last) - self.middle) / self.count, dtype=np.float64)
+    def holding(self, samples: IntArray) -> NDArray[np.bool_]:
+        """Return which of them are there and hold one of these samples."""
+        return self.there & (np.searchsorted(samples, self.last) > np.searchsorted(samples, self.first))
 
-    def within(self, half: float) -> slice:
-        """Return the samples about the middle."""
-        return slice(int(np.ceil(self.middle - half)), int(np.floor(self.middle + half)) + 1)
+    def within(self, half: FloatArray) -> tuple[IntArray, IntArray]:
+        """Return the first samples, and those behind the last ones, about the middle of those that are there."""
+        first, last = np.ceil(self.middle - half), np.floor(self.middle + half) + 1
+        return first[self.there].astype(int), last[self.there].astype(int)
 
-    def mean(self, total: FloatArray) -> float:
-        """Return the mean force: the area of the pulse over its length; of a wheel that stands, in its middle half."""
-        if self.stands:
-            part = self.within(0.25 * self.count)
-            return float((total[part.stop] - total[part.start]) / (part.stop - part.start))
-        return float((total[self.last] - total[self.first]) / self.count)
+    def means(self, force: FloatArray) -> FloatArray:
+        """Return mean forces over the length; of a wheel that stands, in its middle half.
+
+        The area of a pulse over the length is the mean force, whatever the shape of the pulse, but some of its samples
+        are of noise alone, beside the length. Those on the length have less noise. They are scaled, for all wheels
+        alike, so that the median wheel has its area: the theory's section 8.3 has the bound that is nearly reached.
+        """
+        there, stands = self.there, self.stands[self.there]
+        count, middle = self.count[there], self.middle[there] + 0.5
+        total = np.zeros(len(force) + 1)
+        np.cumsum(force, out=total[1:])
+        half = np.where(stands, 0.25, 0.5) * count
+        edges = np.array([middle - half, middle + half])
+        before = edges.astype(int)
+        low, high = total[before] + (edges - before) * force[before]
+        inner = (high - low) / (2.0 * half)
+        areas = (total[self.last[there]] - total[self.first[there]]) / count
+        left = np.median((areas / inner)[~stands]) if not stands.all() else 1.0
+        out = np.full(len(there), np.nan)
+        out[there] = np.where(stands, inner, left * inner)
+        return out
+
+    def peaks(self, force: FloatArray, least: FloatArray) -> FloatArray:
+        """Return the largest forces where peaks count, at least these."""
+        out = np.full(len(least), np.nan)
+        first, last = self.within(self.sure)
+        most = np.array([force[a:b].max(initial=-np.inf) for a, b in zip(first.tolist(), last.tolist(), strict=True)])
+        out[self.there] = np.maximum(most, least[self.there])
+        return out
+
+    def shape(self, force: FloatArray, mean: FloatArray) -> FloatArray:
+        """Return what the sensor reads of wheels with a mean above zero, over it, at `SHARES`: (wheel, share)."""
+        own = np.flatnonzero(self.there & (mean > 0.0))
+        at = self.middle[own, None] + SHARES * self.count[own, None]
+        inside = (at >= self.first[own, None]) & (at <= self.last[own, None] - 1)
+        before = np.clip(at.astype(int), self.first[own, None], self.last[own, None] - 2)
+        read = force[before] + (at - before) * (force[before + 1] - force[before])
+        return np.asarray(np.where(inside, read / mean[own, None], 0.0))
+
+    def largest(self, force: FloatArray, mean: FloatArray, shape: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return by how much each force exceeds its mean with the usual shape at most, and in which sample."""
+        excess, tops = np.full((2, len(mean)), np.nan)
+        own = np.flatnonzero(self.there)
+        lengths = self.last[own] - self.first[own]
+        ends = np.cumsum(lengths)
+        wheel = np.repeat(own, lengths)
+        at = np.arange(len(wheel)) + np.repeat(self.first[own] - ends + lengths, lengths)
+        share = (at - self.middle[wheel]) / self.count[wheel]
+        beyond = force[at] - mean[wheel] * np.interp(share, SHARES, shape)
+        for axle, a, b in zip(own.tolist(), (ends - lengths).tolist(), ends.tolist(), strict=True):
+            top = a + int(beyond[a:b].argmax())
+            excess[axle], tops[axle] = beyond[top], at[top]
+        return excess, tops
 
 
-def _view(passage: Passage, pulses: Pulses, number: int, axle: int) -> _View | None:
-    """Return where a wheel is near a sensor; None if not all of it is recorded."""
-    channel, own = pulses.channel, passage.pulses[axle, number]
-    length, pace = channel.length, 1.0 / abs(float(passage.speeds[axle]))
-    middle = passage.times[axle] + channel.place / passage.speeds[axle]
-    stands = False
-    if own >= 0:
-        middle, lasted = pulses.times[own], pulses.durations[own] / length
-        stands = not 1.0 / UNSTEADY < lasted / pace < UNSTEADY
-        pace = lasted if stands else pace
+def _views(passage: Passage, pulses: Pulses, number: int) -> _Views:
+    """Return where wheels are near a sensor, the channel with this number, which shows those that are there whole."""
+    channel, own = pulses.channel, passage.pulses[:, number]
+    length, pace = channel.length, 1.0 / np.abs(passage.speeds)
+    times, durations = (np.append(values, 0.0)[own] for values in (pulses.times, pulses.durations))  # -1: the appended
+    lasted = np.where(own >= 0, durations / length, pace)
+    stands = np.abs(np.log(lasted / pace)) >= np.log(UNSTEADY)
+    pace = np.where(stands, lasted, pace)
     count = length * pace * channel.rate
-    at = (middle - channel.start) * channel.rate
+    at = (times - channel.start) * channel.rate
     reach = (0.5 + min(BESIDE / length, 0.5)) * count
-    first, last = round(at - reach), round(at + reach) + 1
-    if first < 0 or last >= len(channel.forces):
-        return None
-    edge = min(max(min(EDGE, 0.25 * length), BEFORE_GAUGE / pace), 0.4 * length)
-    return _View(first, last, at, count, (0.5 - edge / length) * count, stands)
+    first, last = np.rint(at - reach).astype(int), np.rint(at + reach).astype(int) + 1
+    edge = np.minimum(np.maximum(min(EDGE, 0.25 * length), BEFORE_GAUGE / pace), 0.4 * length)
+    there = (own >= 0) & (first >= 0) & (last < len(channel.forces))
+    return _Views(first, last, at, count, (0.5 - edge / length) * count, stands, there)
 
 
-def _usual_shape(views: dict[tuple[int, int], _View], quick: Sequence[FloatArray], means: FloatArray) -> FloatArray:
-    """Return what a sensor reads of a wheel as it passes, over its mean force, at `SHARES`: the median of all."""
-    rows = [
-        np.interp(SHARES, view.shares, quick[k][view.first : view.last] / means[axle, k], left=0.0, right=0.0)
-        for (axle, k), view in views.items()
-        if means[axle, k] > 0.0
-    ]
-    usual: FloatArray = np.median(np.array(rows), axis=0) if rows else np.zeros(len(SHARES))
-    return usual
+def _usual_shape(channels: Sequence[tuple[_Views, FloatArray, FloatArray]]) -> FloatArray:
+    """Return what a sensor reads of a wheel as it passes, over its mean force, at `SHARES`: the median of all.
+
+    Each channel has its wheels, their forces and their means.
+    """
+    rows = np.concatenate([np.zeros((0, len(SHARES))), *(view.shape(force, mean) for view, force, mean in channels)])
+    return np.median(rows, axis=0) if len(rows) else np.zeros(len(SHARES))
 
 
 def _strikes(
@@ -229,33 +304,47 @@ def _own_strikes(
     """
     strongest = np.array([max((one.excess for one in each), default=0.0) for each in found])
     out: list[tuple[Strike, ...]] = [()] * len(found)
-    echoing: list[tuple[float, float | None, FloatArray]] = []
+    echoing: list[_Echo] = []
     for axle in np.argsort(-strongest, kind="stable"):
         speed = abs(float(passage.speeds[axle]))
-        kept = [one for one in found[axle] if not any(_is_echo(one, speed, *other) for other in echoing)]
+        place = passage.places[axle]
+        kept = [one for one in found[axle] if not any(other.explains(one, speed, place) for other in echoing)]
         if not kept:
             continue
         if turn_between(kept, radius) is not None or max(one.excess for one in kept) >= ALONE * mean[axle]:
             out[axle] = tuple(kept)
-        echoing.append((float(strongest[axle]), turn_between(kept, None), np.array([one.time for one in kept])))
+        times = np.array([one.time for one in kept])
+        echoing.append(_Echo(place, float(strongest[axle]), turn_between(kept, None), times))
     return tuple(out)
 
 
-def _is_echo(one: Strike, speed: float, most: float, turn: float | None, times: FloatArray) -> bool:
-    """Return whether a strike is an echo of those at other times of a wheel with this circumference, m, or any."""
-    ways, near = speed * np.abs(one.time - times), speed * AT_ONCE
-    turns = np.arange(1, FARTHEST + 1)
-    shortest, longest = (turn, turn) if turn is not None else USUAL_TURNS
-    inside = (ways[:, None] >= turns * shortest - near) & (ways[:, None] <= turns * longest + near)
-    return bool(one.excess < most * (1.0 if turn is not None else ECHO) and (inside.any() or (ways <= near).any()))
+class _Echo(NamedTuple):
+    """A wheel whose strikes others may echo: its place in the train, m, largest excess, N, turn, m, and their times."""
+
+    place: float
+    most: float
+    turn: float | None
+    times: FloatArray
+
+    def explains(self, one: Strike, speed: float, place: float) -> bool:
+        """Return whether a strike at another wheel's sensor may come from this wheel, at once or turns away."""
+        late = AT_ONCE + abs(place - self.place) / WAVES
+        ways, near = speed * np.abs(one.time - self.times), speed * late
+        turns = np.arange(1, FARTHEST + 1)
+        shortest, longest = (self.turn, self.turn) if self.turn is not None else USUAL_TURNS
+        inside = (ways[:, None] >= turns * shortest - near) & (ways[:, None] <= turns * longest + near)
+        weaker = one.excess < self.most * (1.0 if self.turn is not None else ECHO)
+        return bool(weaker and (inside.any() or (ways <= near).any()))
 
 
 def turn_between(strikes: Sequence[Strike], radius: float | None) -> float | None:
     """Return the way, m, after which strikes repeat as a place on a wheel does, or None.
 
     With a stated radius it is the circumference. Without, it is a way that some wheel can have, and that the most
-    distances of strikes are multiples of.
+    distances of strikes are multiples of; a single distance must be a usual one.
     """
+    if len(strikes) < 2:
+        return None
     x = np.array([one.x for one in strikes])
     ways = np.abs(x[:, None] - x[None, :])[np.triu_indices(len(x), 1)]
     ways = ways[ways > 0.5]
@@ -266,7 +355,40 @@ def turn_between(strikes: Sequence[Strike], radius: float | None) -> float | Non
         near = (turns > 0) & (np.abs(ways - turns * turn) <= SAME_PLACE * np.sqrt(np.maximum(turns, 1.0)))
         if near.any() and (best is None or int(near.sum()) > best[0]):
             best = int(near.sum()), float(np.sum(ways[near]) / np.sum(turns[near]))
-    return None if best is None else best[1]
+    if best is None or (best[0] == 1 and not stated and not USUAL_TURNS[0] <= best[1] <= USUAL_TURNS[1]):
+        return None
+    return best[1]
+
+
+def seats_of(
+    passage: Passage, several: Sequence[Pulses], side: str | None
+) -> tuple[list[dict[str, float]], FloatArray]:
+    """Return what the seats of a rail show of each axle's wheel.
+
+    Returns
+    -------
+    list of dict, array
+        For each axle the largest force of each seat, N, by the names of the sensors; and the wheel's load over that of
+        the train's median wheel: the mean over the seats of the ratios of their forces. A seat bears a share of the
+        wheel that depends on the track and not on the wheel, so that it cancels; NaN where no seat shows the wheel.
+    """
+    found: list[dict[str, float]] = [{} for _ in passage.times]
+    ratios = []
+    for number, pulses in enumerate(several):
+        if np.isfinite(pulses.channel.length) or pulses.channel.sensor.side != side:
+            continue
+        own = passage.pulses[:, number]
+        if (own < 0).all():
+            continue
+        forces = np.where(own >= 0, pulses.heights[np.maximum(own, 0)], np.nan)
+        for axle in np.flatnonzero(own >= 0):
+            found[axle][pulses.channel.sensor.name] = float(forces[axle])
+        ratios.append(forces / np.nanmedian(forces))
+    several_seats = np.array(ratios).reshape(-1, len(found))
+    seen = np.isfinite(several_seats).any(axis=0)
+    loads = np.full(len(found), np.nan)
+    loads[seen] = np.nanmean(several_seats[:, seen], axis=0)
+    return found, loads
 
 
 def imbalance(a: Any, b: Any) -> float | None:

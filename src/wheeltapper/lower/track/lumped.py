@@ -8,8 +8,7 @@ from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
-from wheeltapper.lower.fields import Fields
-from wheeltapper.lower.numbers import units_of
+from wheeltapper.lower.numbers import contact_alone, units_of
 from wheeltapper.lower.track.section import Section
 
 
@@ -70,6 +69,5 @@ def contact_stiffness(scenario: Scenario) -> float:
     wheelset, contact = scenario.vehicle.plane.wheelsets[0], scenario.contact
     if not isinstance(contact, Hertz | Linear):
         raise InputError("", "contact", f"a {type(contact).__name__}", "Hertz or Linear")
-    alone = Fields(Scenario(vehicle=wheelset, contact=contact, speed=scenario.speed, duration=scenario.duration))
-    constant = float(units_of(alone).contact_constant)
+    constant = float(units_of(contact_alone(scenario, wheelset)).contact_constant)
     return constant if isinstance(contact, Linear) else 1.5 * constant ** (2.0 / 3.0) * wheelset.weight ** (1.0 / 3.0)

@@ -1,12 +1,12 @@
-"""Small dense linear systems."""
+"""Small dense linear systems, and copies."""
 
 from __future__ import annotations
 
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 
-@kernel
+@uncounted_kernel
 def factorise(J: FloatArray, n: int) -> None:
     """Replace a matrix by its factors L and U, without exchanging rows: it is one plus a small matrix, or near that.
 
@@ -22,7 +22,7 @@ def factorise(J: FloatArray, n: int) -> None:
                 J[i, j] -= share * J[k, j]
 
 
-@kernel
+@uncounted_kernel
 def solve_factorised(J: FloatArray, n: int, x: FloatArray) -> None:
     """Replace x by the solution of L·U·solution = x."""
     for i in range(1, n):
@@ -35,3 +35,10 @@ def solve_factorised(J: FloatArray, n: int, x: FloatArray) -> None:
         for j in range(i + 1, n):
             total -= J[i, j] * x[j]
         x[i] = total * J[i, i]
+
+
+@inlined_uncounted_kernel
+def copy(values: FloatArray, out: FloatArray) -> None:
+    """Write values to a table of the same shape; both lie in one piece, and apart from each other."""
+    for k in range(values.size):
+        out.flat[k] = values.flat[k]

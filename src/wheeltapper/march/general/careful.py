@@ -10,6 +10,7 @@
             not converged, or forces not resolved: half as far
             D falls below zero: find the loss by Newton on D = 0 with the moments held: exact, since N = 0 there
             the law would pull: find where its force falls through zero, a loss after which the contact is released
+        the law has a kink: find where the indentation comes to it, and go on from there (borders.py)
             a loss is foreseen soon behind the limit: once more, on nodes that suit it
 
 The limit is the macro step's end, a breakpoint, or some part of a wave of the path.
@@ -22,12 +23,13 @@ from math import sqrt
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.general import layout, local, paths
+from wheeltapper.march.general import borders, layout, local, paths
+from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.crossings import NO_CROSSING, first_crossing
-from wheeltapper.march.general.laws.switch import LAW_RATED, trend
+from wheeltapper.march.general.laws.switch import LAW_PULLS, LAW_RATED, trend
 from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY, FLYING, IMPACT_AT, LOSS_AT
 from wheeltapper.march.general.records import Nodes, Room, Site
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
 SNAP = 1e-12
@@ -44,13 +46,15 @@ MOST_TRIES = 60
 PULLS = 1e-6
 """What a law may pull when a part begins, and what it may press while it is released, by the error of an event."""
 FOUND, TOO_LATE, FAILED = range(3)
+NO = 0.0
+"""No constant of its type, for which Numba would compile a callee once more."""
 
 
 ROWS_NOW, EVENTS_NOW = 0, 1
 """Counts of a contact's rows and events in the present macro step."""
 
 
-@kernel
+@uncounted_kernel
 def log_row(step: int, i: int, start: float, end: float, how: int, origin: float, span: float, s0: float, s1: float, n: int, N: FloatArray, rows: FloatArray, counts: IntArray) -> None:  # fmt: skip  # noqa: E501
     """Write a part of a macro step in the contact's next row."""
     row = rows[counts[ROWS_NOW]]
@@ -69,7 +73,7 @@ def log_row(step: int, i: int, start: float, end: float, how: int, origin: float
         row[layout.ROW_FORCES + k] = N[k]
 
 
-@kernel
+@uncounted_kernel
 def log_event(step: int, i: int, at: float, kind: int, rate: float, events: FloatArray, counts: IntArray) -> None:
     """Write an event of the present macro step."""
     row = events[counts[EVENTS_NOW]]
@@ -81,7 +85,7 @@ def log_event(step: int, i: int, at: float, kind: int, rate: float, events: Floa
     row[layout.EVENT_CONTACT_IS] = i
 
 
-@kernel
+@uncounted_kernel
 def foresee_loss(value: float, slope: float, bend: float) -> float:
     """Return when value + slope·s + bend·s²/2 falls to zero, or infinity."""
     if value <= 0.0:
@@ -97,13 +101,13 @@ def foresee_loss(value: float, slope: float, bend: float) -> float:
     return np.inf
 
 
-@kernel
+@uncounted_kernel
 def fly(theta: float, limit: float, fresh: bool, q: int, places: FloatArray, matrix: FloatArray, site: Site, room: Room) -> float:  # fmt: skip  # noqa: E501
     """Return the first touch of a flight before `limit`, or NO_CROSSING. `fresh`: it begins with a loss here."""
     n = len(places)
     length = limit - theta
     start, slope = local.gap_at(theta, q, room.free, site)
-    if not fresh and start > 0.0:
+    if slope > 0.0 if fresh else start + SNAP * slope > 0.0:  # also a loss at a kink, behind which the gap closes
         return theta
     for k in range(n):
         room.spare[k] = theta + length * places[k]
@@ -135,7 +139,7 @@ def fly(theta: float, limit: float, fresh: bool, q: int, places: FloatArray, mat
     return at
 
 
-@kernel
+@uncounted_kernel
 def drift(theta: float, limit: float, q: int, places: FloatArray, matrix: FloatArray, site: Site, room: Room) -> tuple[float, bool]:  # fmt: skip  # noqa: E501
     """Return where a released contact ends before `limit`, or NO_CROSSING, and whether the law presses again there."""
     n = len(places)
@@ -147,15 +151,15 @@ def drift(theta: float, limit: float, q: int, places: FloatArray, matrix: FloatA
     start = room.spare[layout.BEGIN]
     if start > PULLS or (start > 0.0 and room.spare[layout.BEGIN + 1] > start):  # behind a kink of the path
         return theta, True
-    over = _crossing(n, matrix, room.F, -1.0, room)
-    again = _crossing(n, matrix, room.spare, 1.0, room)
+    over = crossing(n, matrix, room.F, -1.0, room)
+    again = crossing(n, matrix, room.spare, 1.0, room)
     if again != NO_CROSSING and (over == NO_CROSSING or again < over):
         return theta + length * again, True
     return NO_CROSSING if over == NO_CROSSING else theta + length * over, False
 
 
-@kernel
-def _crossing(n: int, matrix: FloatArray, values: FloatArray, direction: float, room: Room) -> float:
+@uncounted_kernel
+def crossing(n: int, matrix: FloatArray, values: FloatArray, direction: float, room: Room) -> float:
     """Return the first crossing from 0 to 1 of the polynomial with n values, by their matrix to Bernstein's form."""
     for k in range(n):
         total = 0.0
@@ -165,20 +169,99 @@ def _crossing(n: int, matrix: FloatArray, values: FloatArray, direction: float, 
     return first_crossing(room.bernstein, n - 1, direction, 0.0, room.stack)
 
 
-@kernel
+@uncounted_kernel
+def _ends_otherwise(nodes: Nodes, late: bool, limit: float, site: Site, room: Room) -> tuple[float, float]:
+    """Return where in σ a solved part ends in contact, or NO_CROSSING, and the border by which it leaves its stretch.
+
+    `late`: that border has been found behind the part's end. `limit` is that of resolved forces.
+    """
+    pulls = _pulls(nodes, limit, site, room)
+    if pulls != NO_CROSSING or late:
+        return pulls, borders.NOWHERE
+    return borders.leaves(nodes, site, room)
+
+
+@uncounted_kernel
 def _pulls(nodes: Nodes, limit: float, site: Site, room: Room) -> float:
     """Return where in σ the law of a solved part begins to pull, or NO_CROSSING; `limit` is that of resolved forces."""
     if site.law[LAW_RATED] == 0.0:
         return NO_CROSSING
     n = len(nodes.places)
     local.trends(n, site.law, site.table, room, room.F)
-    root = _crossing(n, nodes.bernstein, room.F, -1.0, room)
+    if site.place[layout.JOINED] != 0.0:  # the zero at the start is taken out
+        start = 0.0
+        for k in range(n):
+            start += nodes.bernstein[layout.BEGIN, k] * room.F[k]
+        for k in range(n):
+            room.F[k] = (room.F[k] - start) / nodes.places[k]
+        return crossing(n, nodes.bernstein, room.F, -1.0, room)
+    root = crossing(n, nodes.bernstein, room.F, -1.0, room)
     if room.bernstein[layout.BEGIN] < -PULLS and local.tail_of(nodes, room.N) <= limit:
         return 0.0
     return root
 
 
-@kernel
+@uncounted_kernel
+def _solve_to(at: float, theta: float, again: bool, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room) -> tuple[bool, int, float, float, float, float, float]:  # fmt: skip  # noqa: E501
+    """Solve from θ to a place where something but a loss ends the part; return whether that is done.
+
+    Then follow map, origin, span, s0 and s1, and the pace at the end.
+    """
+    impact = site.place[IMPACT_AT]
+    how, origin, span, s0, s1 = EVENLY, theta, at - theta, 0.0, 1.0
+    pace = span
+    if theta - impact < RECENT:
+        how, origin, s0, s1 = AFTER_IMPACT, impact, sqrt(max(theta - impact, 0.0)), sqrt(at - impact)
+        pace = 2.0 * s1 * (s1 - s0)
+    solved = local.solve_part(nodes, q, how, origin, span, s0, s1, again, settings[layout.NEWTON_LIMIT], site, room)
+    return solved, how, origin, span, s0, s1, pace
+
+
+@uncounted_kernel
+def go_over(step: int, i: int, theta: float, direction: float, guess: float, limit: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
+    """Go on in contact from θ to where it leaves its law's stretch, near a guess; return an outcome and where.
+
+    Moments behind it are in `room.after`.
+    """
+    n = len(nodes.places)
+    place = site.place
+    yields = direction == borders.UP and place[layout.STRETCH_NOW] == 0.0
+    at = guess
+    if at <= theta + SNAP:
+        if yields:
+            _, slope = local.gap_at(theta, q, room.free, site)
+            log_event(step, i, theta, contract.YIELD, slope / site.seconds, events, counts)
+        borders.enter(direction, place)
+        return FOUND, theta
+    for turn in range(12):
+        if at <= theta + SNAP:
+            return FAILED, at
+        if at > limit + SNAP:
+            return TOO_LATE, at
+        solved, how, origin, span, s0, s1, pace = _solve_to(at, theta, turn > 0, nodes, q, settings, site, room)
+        if not solved:
+            return FAILED, at
+        local.free_sum(q, site.c, site.B, room.after, room.spare)
+        end, _ = local.gap_at(at, q, room.spare, site)
+        value, steepness = borders.beyond(direction, at, q, end, site)
+        slope, rate = borders.approach(direction, nodes, pace, site, room)
+        if slope <= 0.0:
+            return FAILED, at
+        away = -value / (slope * steepness)
+        if abs(away) < settings[layout.LOSS_LIMIT]:
+            if local.tail_of(nodes, room.N) > settings[layout.TAIL_LIMIT] and at - theta > SHORTEST:
+                return FAILED, at
+            log_row(step, i, theta, at, how, origin, span, s0, s1, n, room.N, rows, counts)
+            if yields:
+                log_event(step, i, at + away, contract.YIELD, rate / site.seconds, events, counts)
+            borders.enter(direction, place)
+            place[layout.BEGAN] = local.end_indentation(n, nodes, place, room)
+            return FOUND, at
+        at += min(max(away, 0.5 * (theta - at)), at - theta)
+    return FAILED, at
+
+
+@uncounted_kernel
 def release(step: int, i: int, theta: float, guess: float, limit: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
     """Go on in contact from θ to where the law would pull, near a guess; return an outcome and where.
 
@@ -186,8 +269,6 @@ def release(step: int, i: int, theta: float, guess: float, limit: float, nodes: 
     """
     n = len(nodes.places)
     place = site.place
-    impact = place[IMPACT_AT]
-    recent = theta - impact < RECENT
     at = guess
     if at <= theta + SNAP:
         _, slope = local.gap_at(theta, q, room.free, site)
@@ -200,14 +281,7 @@ def release(step: int, i: int, theta: float, guess: float, limit: float, nodes: 
             return FAILED, at
         if at > limit + SNAP:
             return TOO_LATE, at
-        how, origin, span, s0, s1 = EVENLY, theta, at - theta, 0.0, 1.0
-        pace = span
-        if recent:
-            how, origin, s0, s1 = AFTER_IMPACT, impact, sqrt(max(theta - impact, 0.0)), sqrt(at - impact)
-            pace = 2.0 * s1 * (s1 - s0)
-        solved = local.solve_part(
-            nodes, q, how, origin, span, s0, s1, turn > 0, settings[layout.NEWTON_LIMIT], site, room
-        )
+        solved, how, origin, span, s0, s1, pace = _solve_to(at, theta, turn > 0, nodes, q, settings, site, room)
         if not solved:
             return FAILED, at
         local.trends(n, site.law, site.table, room, room.F)
@@ -226,13 +300,13 @@ def release(step: int, i: int, theta: float, guess: float, limit: float, nodes: 
             log_event(step, i, at + away, contract.LOSS, rate, events, counts)
             place[layout.FREE_NOW] = layout.RELEASED
             place[LOSS_AT] = np.inf
-            place[layout.BEGAN] = local.end_indentation(n, nodes, place[layout.BEGAN], site.seconds, room)
+            place[layout.BEGAN] = local.end_indentation(n, nodes, place, room)
             return FOUND, at
         at += min(max(away, 0.5 * (theta - at)), at - theta)
     return FAILED, at
 
 
-@kernel
+@uncounted_kernel
 def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room) -> tuple[int, float, float, float, float, float]:  # fmt: skip  # noqa: E501
     """Find the end of a contact that lasts from θ on; return an outcome, where its part ends, s0 and span of its map.
 
@@ -246,28 +320,13 @@ def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, se
             return FAILED, at, 0.0, 0.0, at, 0.0
         if at > limit + SNAP:
             return TOO_LATE, at, 0.0, 0.0, at, 0.0
+        how, origin, span, s0, s1 = BEFORE_LOSS, at, 0.0, sqrt(at - theta), 0.0
         if recent:
-            span = at - impact
+            how, origin, span, s1 = layout.IMPACT_TO_LOSS, impact, at - impact, 1.0
             s0 = local.smoothstep_inverse((theta - impact) / span)
-            solved = local.solve_part(
-                nodes,
-                q,
-                layout.IMPACT_TO_LOSS,
-                impact,
-                span,
-                s0,
-                1.0,
-                turn > 0,
-                settings[layout.NEWTON_LIMIT],
-                site,
-                room,
-            )
-        else:
-            span = 0.0
-            s0 = sqrt(at - theta)
-            solved = local.solve_part(
-                nodes, q, BEFORE_LOSS, at, span, s0, 0.0, turn > 0, settings[layout.NEWTON_LIMIT], site, room
-            )
+        solved = local.solve_part(
+            nodes, q, how, origin, span, s0, s1, turn > 0, settings[layout.NEWTON_LIMIT], site, room
+        )
         if not solved:
             return FAILED, at, 0.0, 0.0, at, 0.0
         local.free_sum(q, site.c, site.B, room.after, room.spare)
@@ -283,7 +342,7 @@ def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, se
     return FAILED, at, 0.0, 0.0, at, 0.0
 
 
-@kernel
+@uncounted_kernel
 def _falls(n: int, nodes: Nodes, how: int, origin: float, span: float, s0: float, s1: float, start: float, slope: float, end: float, room: Room) -> float:  # fmt: skip  # noqa: E501
     """Return where in σ the gap D first falls through zero, or NO_CROSSING; without the zero of an impact at 0."""
     from_impact = s0 == 0.0 and (how == AFTER_IMPACT or how == layout.IMPACT_TO_LOSS)
@@ -303,7 +362,7 @@ def _falls(n: int, nodes: Nodes, how: int, origin: float, span: float, s0: float
     return first_crossing(room.bernstein, n + 1, -1.0, 0.0, room.stack)
 
 
-@kernel
+@uncounted_kernel
 def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
     """Go on in contact from θ, to the limit or a loss, or less far; return a status and where."""
     place = site.place
@@ -311,12 +370,19 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
     impact = place[IMPACT_AT]
     recent = theta - impact < RECENT
     start, start_slope = local.gap_at(theta, q, room.free, site)
-    if start <= 0.0 and start_slope < 0.0:
+    pulls_too = site.law[LAW_PULLS] != 0.0
+    if start <= 0.0 and start_slope < 0.0 and not pulls_too:
         log_event(step, i, theta, contract.LOSS, start_slope / site.seconds, events, counts)
         place[layout.FREE_NOW] = FLYING
         return contract.RUNNING, theta
+    direction = borders.astray(theta, q, start, site)
+    if direction != borders.NOWHERE:
+        go_over(
+            step, i, theta, direction, theta, limit, nodes, q, settings, site, room, rows, events, counts
+        )  # fmt: skip
+        return contract.RUNNING, theta
     length = limit - theta
-    beyond = False
+    beyond, late, grazes = False, False, False
     for _ in range(MOST_TRIES):
         to = theta + length
         if length == limit - theta:
@@ -325,8 +391,8 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
         if loss <= theta:
             loss = np.inf
         guess = loss if loss <= to else np.inf
-        how = EVENLY
-        origin, span, s0, s1 = theta, to - theta, 0.0, 1.0
+        how, origin, span, s0, s1 = EVENLY, theta, to - theta, 0.0, 1.0
+        pulled, less = False, length
         if guess == np.inf:
             if recent and loss - to < FORESEEN:
                 how = layout.IMPACT_TO_LOSS
@@ -340,7 +406,7 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
                 how = BEFORE_LOSS
                 origin, s0, s1 = loss, sqrt(loss - theta), sqrt(loss - to)
             solved = local.solve_part(
-                nodes, q, how, origin, span, s0, s1, False, settings[layout.NEWTON_LIMIT], site, room
+                nodes, q, how, origin, span, s0, s1, bool(NO), settings[layout.NEWTON_LIMIT], site, room
             )
             if not solved:
                 if length < SHORTEST:
@@ -349,49 +415,57 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
                 continue
             local.free_sum(q, site.c, site.B, room.after, room.spare)
             end, end_slope = local.gap_at(to, q, room.spare, site)
-            root = _falls(n, nodes, how, origin, span, s0, s1, start, start_slope, end, room)
-            pulls = _pulls(nodes, settings[layout.TAIL_LIMIT], site, room)
+            root = NO_CROSSING
+            if grazes and end <= 0.0:
+                return layout.UNSOLVED, theta
+            if not pulls_too and not grazes:
+                root = _falls(n, nodes, how, origin, span, s0, s1, start, start_slope, end, room)
+            pulls, border = _ends_otherwise(nodes, late, settings[layout.TAIL_LIMIT], site, room)
             if pulls != NO_CROSSING and (root == NO_CROSSING or pulls < root):
-                guess = min(local.part_of(how, origin, span, s0 + (s1 - s0) * pulls), to)
+                root, pulled, direction, less = pulls, True, border, 0.5 * length
+            if root != NO_CROSSING:
+                guess = min(local.part_of(how, origin, span, s0 + (s1 - s0) * root), to)
+        if guess != np.inf and not pulled:
+            outcome, at, s0, span, loss, slope = find_loss(theta, guess, limit, nodes, q, settings, site, room)
+            if outcome == FOUND:
+                how, origin, s1 = BEFORE_LOSS, at, 0.0
+                if recent:
+                    how, origin, s1 = layout.IMPACT_TO_LOSS, impact, 1.0
+                pulls, direction = _ends_otherwise(nodes, late, settings[layout.TAIL_LIMIT], site, room)
+                if pulls == NO_CROSSING:
+                    log_row(step, i, theta, at, how, origin, span, s0, s1, n, room.N, rows, counts)
+                    log_event(step, i, loss, contract.LOSS, slope / site.seconds, events, counts)
+                    place[layout.FREE_NOW] = FLYING
+                    place[LOSS_AT] = np.inf
+                    place[layout.BEGAN] = 0.0
+                    return contract.RUNNING, at
+                guess = local.part_of(how, origin, span, s0 + (s1 - s0) * pulls)
+                pulled, less = True, 0.5 * min(length, guess - theta)
+                place[LOSS_AT] = np.inf
+        if pulled:
+            if direction == borders.NOWHERE:
                 outcome, at = release(
                     step, i, theta, guess, limit, nodes, q, settings, site, room, rows, events, counts
                 )
-                if outcome == FOUND:
-                    return contract.RUNNING, at
-                if length < SHORTEST:
-                    return layout.UNSOLVED, theta
-                length *= 0.5
-                continue
-            if root != NO_CROSSING:
-                guess = min(local.part_of(how, origin, span, s0 + (s1 - s0) * root), to)
-        if guess != np.inf:
-            outcome, at, s0, span, loss, slope = find_loss(theta, guess, limit, nodes, q, settings, site, room)
+            else:
+                outcome, at = go_over(
+                    step, i, theta, direction, guess, to, nodes, q, settings, site, room, rows, events, counts
+                )
+                late = outcome == TOO_LATE
             if outcome == FOUND:
-                how, origin = BEFORE_LOSS, at
-                if recent:
-                    how, origin = layout.IMPACT_TO_LOSS, impact
-                s1 = 1.0 if recent else 0.0
-                pulls = _pulls(nodes, settings[layout.TAIL_LIMIT], site, room)
-                if pulls != NO_CROSSING:
-                    guess = local.part_of(how, origin, span, s0 + (s1 - s0) * pulls)
-                    outcome, at = release(
-                        step, i, theta, guess, limit, nodes, q, settings, site, room, rows, events, counts
-                    )
-                    if outcome == FOUND:
-                        return contract.RUNNING, at
-                    if length < SHORTEST:
-                        return layout.UNSOLVED, theta
-                    length = 0.5 * min(length, guess - theta)
-                    place[LOSS_AT] = np.inf
-                    continue
-                log_row(step, i, theta, at, how, origin, span, s0, s1, n, room.N, rows, counts)
-                log_event(step, i, loss, contract.LOSS, slope / site.seconds, events, counts)
-                place[layout.FREE_NOW] = FLYING
-                place[LOSS_AT] = np.inf
-                place[layout.BEGAN] = 0.0
                 return contract.RUNNING, at
+            if late:
+                continue
+            if length < SHORTEST:
+                return layout.UNSOLVED, theta
+            length = less
+            continue
+        if guess != np.inf:
             place[LOSS_AT] = at if outcome == TOO_LATE and at < limit + FORESEEN else np.inf
             if outcome == FAILED or beyond or length < limit - theta:
+                if length < SHORTEST and not grazes:  # too shallow to be found
+                    grazes, length, place[LOSS_AT] = True, limit - theta, np.inf
+                    continue
                 if length < SHORTEST:
                     return layout.UNSOLVED, theta
                 length = 0.5 * min(length, guess - theta)
@@ -403,18 +477,19 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
         middle = n // 2
         back = to - room.theta[middle]
         bend = 2.0 * (room.delta[middle] + room.r[middle] * room.N[middle] - end + end_slope * back) / (back * back)
-        soon = to + foresee_loss(end, end_slope, bend)
+        soon = np.inf if pulls_too else to + foresee_loss(end, end_slope, bend)
         near = loss - to < FORESEEN
         place[LOSS_AT] = soon if soon < to + 2.0 * FORESEEN else np.inf
         if soon < to + FORESEEN and not near and soon > to:
             continue
         log_row(step, i, theta, to, how, origin, span, s0, s1, n, room.N, rows, counts)
-        place[layout.BEGAN] = local.end_indentation(n, nodes, place[layout.BEGAN], site.seconds, room)
+        place[layout.JOINED] = 0.0
+        place[layout.BEGAN] = local.end_indentation(n, nodes, place, room)
         return contract.RUNNING, to
     return layout.UNSOLVED, theta
 
 
-@kernel
+@uncounted_kernel
 def _cross(step: int, i: int, theta: float, q: int, site: Site, room: Room, events: FloatArray, counts: IntArray) -> int:  # fmt: skip  # noqa: E501
     """Enter the next piece of the path; return a status."""
     place = site.place
@@ -425,14 +500,16 @@ def _cross(step: int, i: int, theta: float, q: int, site: Site, room: Room, even
     )  # fmt: skip
     if join < 0:
         return contract.END_OF_PATH
-    if join == contract.JUMP:
+    if join == contract.JUMP and site.law[LAW_PULLS] == 0.0:
         local.free_sum(q, site.c, site.B, room.moments, room.free)
         value, slope = local.gap_at(theta, q, room.free, site)
         place[LOSS_AT] = np.inf
         place[layout.BEGAN] = max(value, 0.0)
+        place[layout.JOINED] = 0.0
         if value > 0.0 and place[layout.FREE_NOW] == FLYING:
             log_event(step, i, theta, contract.IMPACT, slope / site.seconds, events, counts)
             place[layout.FREE_NOW] = layout.TOUCHING
+            place[layout.STRETCH_NOW] = 0.0
             place[IMPACT_AT] = -np.inf
         elif value <= 0.0 and place[layout.FREE_NOW] == layout.TOUCHING:
             log_event(step, i, theta, contract.LOSS, slope / site.seconds, events, counts)
@@ -442,7 +519,7 @@ def _cross(step: int, i: int, theta: float, q: int, site: Site, room: Room, even
     return contract.RUNNING
 
 
-@kernel
+@uncounted_kernel
 def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places: FloatArray, matrix: FloatArray, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
     """March one contact over a macro step, from event to event; return a status. Its moments are in `room.moments`.
 
@@ -452,9 +529,11 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
     place = site.place
     room.moments[:q] = 0.0
     theta = 0.0
-    fresh = False
-    k = 0
+    fresh = bool(NO)
+    k = int(NO)
     for _ in range(layout.MOST_PARTS):
+        if theta > 1.0 - SNAP:
+            theta = 1.0
         stop = paths.piece_stop(site.pieces, place, site.x0, site.stride)
         if stop <= theta + SNAP and theta < 1.0:
             status = _cross(step, i, theta, q, site, room, events, counts)
@@ -463,7 +542,7 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
             continue
         if theta >= 1.0:
             while shared and k < q:
-                sums[k, :q] = room.moments[:q]
+                copy(room.moments[:q], sums[k])
                 k += 1
             return contract.RUNNING
         limit = min(1.0, stop, theta + paths.longest_reach(site.pieces, place, site.stride))
@@ -477,13 +556,14 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
                 at, presses = drift(theta, limit, q, places, matrix, site, room)
             else:
                 at = fly(theta, limit, fresh, q, places, matrix, site, room)
-            fresh = False
+            fresh = bool(NO)
             end = limit if at == NO_CROSSING else at
+            rises = released and end > theta
             if end > theta:
                 room.N[:1] = 0.0
                 log_row(step, i, theta, end, EVENLY, theta, end - theta, 0.0, 1.0, 1, room.N, rows, counts)
             while shared and k < q and macro.places[k] <= end:
-                sums[k, :q] = room.moments[:q]
+                copy(room.moments[:q], sums[k])
                 k += 1
             theta = end
             if at != NO_CROSSING and presses:
@@ -493,9 +573,11 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
                 place[IMPACT_AT] = -np.inf if released else at
                 place[LOSS_AT] = np.inf
                 place[layout.BEGAN] = value if released else 0.0
+                place[layout.STRETCH_NOW] = 0.0
+                place[layout.JOINED] = borders.UP if rises else borders.NOWHERE
             elif at != NO_CROSSING:
                 place[layout.FREE_NOW] = FLYING
-                fresh = True
+                fresh = not bool(NO)
             continue
         status, to = press(step, i, theta, limit, nodes, q, settings, site, room, rows, events, counts)
         if status != contract.RUNNING:
@@ -503,13 +585,13 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
         if to > theta:
             if shared:
                 k = share_part(k, to, nodes, macro, q, rows[counts[ROWS_NOW] - 1], room, sums)
-            room.moments[:q] = room.after[:q]
+            copy(room.after[:q], room.moments)
         fresh = place[layout.FREE_NOW] == FLYING
         theta = to
     return layout.CHATTERS
 
 
-@kernel
+@uncounted_kernel
 def sigma_of(theta: float, row: FloatArray) -> float:
     """Return σ, from 0 to 1, of a part θ of the macro step in a logged row."""
     how = row[layout.ROW_MAP]
@@ -526,14 +608,14 @@ def sigma_of(theta: float, row: FloatArray) -> float:
     return (s - row[layout.ROW_S0]) / (row[layout.ROW_S1] - row[layout.ROW_S0])
 
 
-@kernel
+@uncounted_kernel
 def sigmas_of(theta: FloatArray, index: IntArray, rows: FloatArray, out: FloatArray) -> None:
     """Write σ of parts θ, each in the row that its index tells."""
     for k in range(len(theta)):
         out[k] = sigma_of(theta[k], rows[index[k]])
 
 
-@kernel
+@uncounted_kernel
 def share_part(k: int, to: float, nodes: Nodes, macro: Nodes, q: int, row: FloatArray, room: Room, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
     """Write the moments up to the macro nodes in a solved part, from node k on; return the first node behind it."""
     n = len(nodes.places)

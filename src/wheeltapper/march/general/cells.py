@@ -16,12 +16,11 @@ from typing import NamedTuple
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
-from wheeltapper.march.general.borrowing import borrowed_record
 from wheeltapper.march.general.layout import BEGIN, IM, RE
 from wheeltapper.march.general.modal import turn
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
-from wheeltapper.march.general.stepping import commit, solve_contacts
-from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.general.stepping import bays_ahead, commit, solve_contacts, step_bodies
+from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
 TOGETHER = 4
@@ -98,7 +97,7 @@ class Own(NamedTuple):
     rows: FloatArray
 
 
-@kernel
+@uncounted_kernel
 def seen_from_first(rows: FloatArray, factor: FloatArray, out: FloatArray) -> None:
     """Write a contact's rows, (q, 2, modes), for amplitudes as the first contact sees them."""
     real, imaginary = factor[RE], factor[IM]
@@ -110,7 +109,7 @@ def seen_from_first(rows: FloatArray, factor: FloatArray, out: FloatArray) -> No
             to_im[n] = y[n] * real[n] - x[n] * imaginary[n]
 
 
-@kernel
+@uncounted_kernel
 def _products(one: FloatArray, two: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> tuple[float, float, float, float, float, float, float, float]:  # fmt: skip  # noqa: E501
     """Return the products of two rows with each of four columns."""
     a1, b1, c1, d1, a2, b2, c2, d2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -127,7 +126,7 @@ def _products(one: FloatArray, two: FloatArray, a: FloatArray, b: FloatArray, c:
     return a1, b1, c1, d1, a2, b2, c2, d2
 
 
-@kernel
+@uncounted_kernel
 def _products_of_one(one: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> tuple[float, float, float, float]:  # fmt: skip  # noqa: E501
     """Return the products of a row with each of four columns."""
     a1, b1, c1, d1 = 0.0, 0.0, 0.0, 0.0
@@ -140,7 +139,7 @@ def _products_of_one(one: FloatArray, a: FloatArray, b: FloatArray, c: FloatArra
     return a1, b1, c1, d1
 
 
-@kernel
+@uncounted_kernel
 def read_lanes(rows: FloatArray, first: IntArray, modes: FloatArray, out: FloatArray) -> None:
     """Write what the modes' free motion gives each lane, (lanes, q); `rows` is (q, 2, modes)."""
     q = len(rows)
@@ -176,7 +175,7 @@ def read_lanes(rows: FloatArray, first: IntArray, modes: FloatArray, out: FloatA
                     out[w + 3, other] += d2
 
 
-@kernel
+@uncounted_kernel
 def _add(one: FloatArray, two: FloatArray, a1: float, b1: float, c1: float, d1: float, a2: float, b2: float, c2: float, d2: float, a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> None:  # fmt: skip  # noqa: E501
     """Add two rows, times a factor each, to each of four columns."""
     for n in range(len(one)):
@@ -187,7 +186,7 @@ def _add(one: FloatArray, two: FloatArray, a1: float, b1: float, c1: float, d1: 
         d[n] += d1 * first + d2 * second
 
 
-@kernel
+@uncounted_kernel
 def write_lanes(rows: FloatArray, first: IntArray, moments: FloatArray, modes: FloatArray) -> None:
     """Add to the amplitudes of each lane what the moments of its force give, (lanes, q)."""
     q = len(rows)
@@ -206,16 +205,7 @@ def write_lanes(rows: FloatArray, first: IntArray, moments: FloatArray, modes: F
                 )  # fmt: skip
 
 
-@inlined_kernel
-def _ahead(step: int, i: int, track: Tables) -> int:
-    """Return how many bays a contact is ahead of the first one."""
-    phases = track.reads.shape[1]
-    own = track.bay[i] + (track.phase[i] + step) // phases
-    first = track.bay[BEGIN] + (track.phase[BEGIN] + step) // phases
-    return (own - first) % track.turns.shape[0]
-
-
-@inlined_kernel
+@inlined_uncounted_kernel
 def _read_all(step: int, track: Tables, lanes: Lanes, own: Own) -> None:
     """Write what the modes show to all contacts of all lanes."""
     phases = track.reads.shape[1]
@@ -224,11 +214,11 @@ def _read_all(step: int, track: Tables, lanes: Lanes, own: Own) -> None:
         if i == 0:
             read_lanes(rows, track.first, lanes.modes, lanes.seen[i])
         else:
-            seen_from_first(rows, track.turns[_ahead(step, i, track)], own.rows)
+            seen_from_first(rows, track.turns[bays_ahead(step, i, track)], own.rows)
             read_lanes(own.rows, track.first, lanes.modes, lanes.seen[i])
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _write_all(step: int, track: Tables, lanes: Lanes, own: Own) -> None:
     """Move the modes of all lanes over the macro step."""
     phases = track.reads.shape[1]
@@ -239,14 +229,14 @@ def _write_all(step: int, track: Tables, lanes: Lanes, own: Own) -> None:
         if i == 0:
             write_lanes(rows, track.first, lanes.moments[i], lanes.modes)
         else:
-            seen_from_first(rows, track.turns[_ahead(step, i, track)], own.rows)
+            seen_from_first(rows, track.turns[bays_ahead(step, i, track)], own.rows)
             write_lanes(own.rows, track.first, lanes.moments[i], lanes.modes)
     if (track.phase[BEGIN] + step + 1) % phases == 0:
         for w in range(len(lanes.modes)):
             turn(track.turns[1 % track.turns.shape[0]], lanes.modes[w, RE], lanes.modes[w, IM])
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _tables_at(p: int, k: int, length: float, force: float, track: Tables, kinds: Kinds, own: Own) -> None:
     """Write the tables of one cell at a place in the bay: those of the track in its units, and those of its bodies."""
     contacts, q = own.residual.shape[0], own.residual.shape[2]
@@ -267,7 +257,7 @@ def _tables_at(p: int, k: int, length: float, force: float, track: Tables, kinds
                         )
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _count(first: int, last: int, contacts: int, impact: int, loss: int, events: FloatArray, met: IntArray) -> bool:
     """Count a cell's new events; return True once all of its contacts have come as far as was asked."""
     for row in range(first, last):
@@ -276,7 +266,7 @@ def _count(first: int, last: int, contacts: int, impact: int, loss: int, events:
             met[i, MET_IMPACTS] += 1
             if met[i, MET_IMPACTS] == impact:
                 met[i, MET_ENDED] = 1
-        elif met[i, MET_IMPACTS] == loss:
+        elif events[row, layout.EVENT_KIND_IS] == contract.LOSS and met[i, MET_IMPACTS] == loss:
             met[i, MET_ENDED] = 1
     ended = 0
     for i in range(contacts):
@@ -284,21 +274,13 @@ def _count(first: int, last: int, contacts: int, impact: int, loss: int, events:
     return ended == contacts
 
 
-@kernel
+@uncounted_kernel
 def cells_kernel(step: int, last: int, impact: int, loss: int, track: Tables, kinds: Kinds, lanes: Lanes, data: Data, stage: Stage, logs: Logs, room: Room, own: Own) -> int:  # fmt: skip  # noqa: E501
     """March all lanes from a macro step on, to another or until all have ended or a log is full; return how far.
 
     A lane ends after its macro steps, or at impact number `impact` of each of its contacts, or at the first loss after
     impact number `loss`. Contacts in the logs are counted over all lanes.
     """
-    track = borrowed_record(track)
-    kinds = borrowed_record(kinds)
-    lanes = borrowed_record(lanes)
-    data = borrowed_record(data)
-    stage = borrowed_record(stage)
-    logs = borrowed_record(logs)
-    room = borrowed_record(room)
-    own = borrowed_record(own)
     contacts, q = lanes.forces.shape[1], lanes.forces.shape[2]
     phases = track.reads.shape[1]
     used = logs.used
@@ -340,7 +322,7 @@ def cells_kernel(step: int, last: int, impact: int, loss: int, track: Tables, ki
             )  # fmt: skip
             here = Data(
                 data.macro, data.part, data.places, data.matrix, data.pieces, lanes.ends[w], lanes.laws[w], data.table,
-                lanes.starts[w], lanes.settings[w],
+                lanes.starts[w], lanes.settings[w], data.careful,
             )  # fmt: skip
             motion = Motion(
                 lanes.modes[w], bodies, lanes.contacts[w], lanes.guess[w], lanes.forces[w], lanes.trend[w]
@@ -357,17 +339,10 @@ def cells_kernel(step: int, last: int, impact: int, loss: int, track: Tables, ki
                 logs.events[row, layout.EVENT_CONTACT_IS] += w * contacts
             for row in range(peaks, used[layout.LOGGED_PEAKS]):
                 logs.peaks[row, layout.MAXIMUM_CONTACT] += w * contacts
-            for s in range(states):
-                total = 0.0
-                for j in range(states):
-                    total += kinds.step[k, s, j] * bodies[j]
-                room.spare[s] = total
+            step_bodies(kinds.step[k], kinds.write[k], stage.moments, bodies, room.spare)
             for i in range(contacts):
                 for m in range(q):
                     lanes.moments[i, w, m] = force * stage.moments[i, m]
-                    for s in range(states):
-                        room.spare[s] += stage.moments[i, m] * kinds.write[k, i, m, s]
-            bodies[:] = room.spare[:states]
             if _count(events, used[layout.LOGGED_EVENTS], contacts, impact, loss, logs.events, lanes.met[w]):
                 lanes.status[w] = contract.ENOUGH
         _write_all(step, track, lanes, own)

@@ -6,7 +6,7 @@ downwards, the heights of a path upwards, and forces press the wheel up and the 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from wheeltapper.march.program import FloatArray
 class Bodies(NamedTuple):
     """A block of masses, springs and dampers: M·y'' + C·y' + K·y = load - shapes·N.
 
+    A freedom without mass, whose row and column of M are zero, has to have damping of its own: M·y'' is nothing there.
+
     Attributes
     ----------
     mass, damping, stiffness
@@ -26,6 +28,11 @@ class Bodies(NamedTuple):
         wheel, -1 for that of a deck below it.
     load
         Constant forces, (freedoms,), N.
+    raised
+        What the first freedoms, which are those of the wheels, start with, all others being at rest: heights above
+        that of first touch, m, and velocities upwards, m/s, (2, wheels). Empty: everything starts at rest.
+    follows
+        1 for each freedom that starts displaced with a wheel, (freedoms, wheels); needed with `raised`.
     """
 
     mass: FloatArray
@@ -33,6 +40,8 @@ class Bodies(NamedTuple):
     stiffness: FloatArray
     shapes: FloatArray
     load: FloatArray
+    raised: FloatArray = np.empty((2, 0))
+    follows: FloatArray = np.empty((0, 0))
 
 
 class Law(NamedTuple):
@@ -44,12 +53,13 @@ class Law(NamedTuple):
 
 
 class Port(NamedTuple):
-    """A place of the structure at which a contact stays: what meets there is no wheel.
+    """A place of the structure, or of the bodies, at which a contact stays: what meets there is no wheel.
 
     Attributes
     ----------
     deflection, drive
-        As Φ and Ψ of a ring of one bay, (modes,); the direction is that in which the contact's force acts.
+        As Φ and Ψ of a ring of one bay, (modes,); the direction is that in which the contact's force acts. Between
+        bodies, which meet by the shapes of `Bodies`, both are zero.
     gap
         To be closed before there is a force, m.
     residual
@@ -153,12 +163,38 @@ class Method(NamedTuple):
     negligible: float
 
 
+class Marking(Protocol):
+    """What wheels leave on their way for others, while a march is under way."""
+
+    def press(self, found: Any) -> None:
+        """Take what the wheels have done up to the end of a march that goes on."""
+        ...
+
+    def pieces(self) -> list[FloatArray]:
+        """Return the paths of all wheels as they are known now, up to the memory's `reach`."""
+        ...
+
+
+class Memory(Protocol):
+    """A rail that remembers."""
+
+    @property
+    def reach(self) -> float:
+        """How far the wheels may roll before they must be told of new paths, m."""
+        ...
+
+    def begin(self) -> Marking:
+        """Return what a march begins with."""
+        ...
+
+
 class Task(NamedTuple):
-    """A system, how it is marched, and for how long, s."""
+    """A system, how it is marched, and for how long, s; and what of its paths only becomes known on the way."""
 
     system: System
     method: Method
     duration: float
+    memory: Memory | None = None
 
 
 DEFAULT = Method(2e-4, 10, 10, 1e-10, 1e-6, 1e-7, 1e-8, 1e-5, True, 1e-9)

@@ -8,7 +8,7 @@ touch, not a crossing.
 from __future__ import annotations
 
 from wheeltapper.march.general.layout import BEGIN
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 NO_CROSSING = -1.0
@@ -18,7 +18,7 @@ NOTHING_LEFT = 1e-15
 DEEPEST = 40
 
 
-@kernel
+@uncounted_kernel
 def bernstein_value(b: FloatArray, n: int, x: float, work: FloatArray) -> float:
     """Return the polynomial of degree n at x."""
     for k in range(n + 1):
@@ -29,7 +29,7 @@ def bernstein_value(b: FloatArray, n: int, x: float, work: FloatArray) -> float:
     return work[BEGIN]
 
 
-@kernel
+@uncounted_kernel
 def _halve(b: FloatArray, n: int, left: FloatArray, right: FloatArray) -> None:
     """Write the coefficients on both halves of the interval."""
     for k in range(n + 1):
@@ -40,7 +40,7 @@ def _halve(b: FloatArray, n: int, left: FloatArray, right: FloatArray) -> None:
             right[k] = 0.5 * (right[k] + right[k + 1])
 
 
-@kernel
+@uncounted_kernel
 def _signs(b: FloatArray, n: int, zero: float) -> tuple[int, float, float]:
     """Return the number of sign changes, the first and the last sign."""
     changes = 0
@@ -57,7 +57,7 @@ def _signs(b: FloatArray, n: int, zero: float) -> tuple[int, float, float]:
     return changes, first, last
 
 
-@kernel
+@uncounted_kernel
 def _sharpen(b: FloatArray, n: int, first: float, work: FloatArray) -> float:
     """Return the only root; `first` is the sign before it."""
     lo = 0.0
@@ -93,7 +93,7 @@ def _sharpen(b: FloatArray, n: int, first: float, work: FloatArray) -> float:
     return 0.5 * (lo + hi)
 
 
-@kernel
+@uncounted_kernel
 def first_crossing(b: FloatArray, n: int, direction: float, after: float, stack: FloatArray) -> float:
     """Return the first crossing behind `after`, or NO_CROSSING.
 

@@ -20,6 +20,7 @@ from wheeltapper.march.general import tables as tabulation
 from wheeltapper.march.general.basis import flight_nodes, gauss_nodes
 from wheeltapper.march.general.cells import TOGETHER, Kinds, Lanes, Own, cells_kernel
 from wheeltapper.march.general.contract import Contact, System, Task
+from wheeltapper.march.general.eventful import EVENTFUL
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.march import Found, Rest
 from wheeltapper.march.general.records import Data, Logs, Room, Stage, Tables
@@ -83,7 +84,7 @@ class SharedTrack:
         self._made: Shared | None = None
 
     def __enter__(self) -> Shared:
-        system, method, _ = self._task
+        system, method = self._task.system, self._task.method
         with self._lock:
             if self._made is None:
                 units = general.units_of(system.wheels, general.carried_loads(system))
@@ -101,7 +102,9 @@ class SharedTrack:
 def same_track(task: Task) -> tuple[Any, ...]:
     """Return what tasks have in common that share the tables of a track."""
     system = task.system
-    return id(system.ring), system.speed, tuple(contact.position for contact in system.contacts), task.method
+    step = tabulation.longest_step(system.ring, task.method, system.bodies)
+    places = tuple(contact.position for contact in system.wheels), len(system.ports)
+    return id(system.ring), system.speed, places, task.method, step
 
 
 class Work(NamedTuple):
@@ -152,6 +155,7 @@ class _Kind(NamedTuple):
     static: FloatArray
     laws: FloatArray
     sinking: FloatArray  # of the track under each contact at rest, m
+    local: FloatArray  # the part of that which the modes leave out, m
     amplitudes: ComplexArray
     tables: tabulation.BodyTables
     law_tables: list[FloatArray]
@@ -204,19 +208,20 @@ class _Block:
                 for contact, table in zip(system.contacts, tables, strict=True)
             ]
             self.known[key] = _Kind(
-                len(self.known), units, static, np.array(laws), rest.deflections @ static, static @ rest.amplitudes,
+                len(self.known), units, static, np.array(laws), rest.deflections @ static, rest.local * static,
+                static @ rest.amplitudes,
                 tabulation.body_tables(system.bodies, self.grid, self.method, units), tables,
             )  # fmt: skip
         return self.known[key]
 
     def _lanes(self) -> Lanes:
-        """Return the lanes of all cells at rest; what is left over up to a multiple of TOGETHER has ended."""
+        """Return the lanes of all cells at their starts; what is left over up to a multiple of TOGETHER has ended."""
         first, q = self.tasks[0].system, self.method.nodes
         contacts, modes = len(first.contacts), self.shared.tables.decay.shape[1]
         count = TOGETHER * ceil(len(self.tasks) / TOGETHER)
         each = count, contacts
         lanes = Lanes(
-            np.zeros((count, 2, modes)), np.zeros((count, 2 * len(first.bodies.mass) + 1)),
+            np.zeros((count, 2, modes)), np.zeros((count, len(tabulation.states_of(first.bodies).A))),
             np.zeros((*each, layout.STATE_COLUMNS)), np.zeros((*each, q)), np.zeros((*each, q)),
             np.zeros((*each, layout.TREND_COLUMNS)), np.zeros((*each, 4)), np.zeros((*each, switch.LAW_NUMBERS)),
             np.zeros(each), np.zeros((count, layout.SETTINGS)), np.zeros(each), np.zeros(count, np.int64),
@@ -233,12 +238,12 @@ class _Block:
             lanes.steps[w] = max(1, ceil(task.duration / self.grid.seconds - 1e-9))
             lanes.status[w] = contract.RUNNING
             lanes.modes[w] = np.stack([kind.amplitudes.real, kind.amplitudes.imag])[:, order]
-            for i, contact in enumerate(task.system.contacts):
-                self._set_at_rest(w, i, contact, kind, lanes)
+            spots = [self._set_at_rest(w, i, contact, kind, lanes) for i, contact in enumerate(task.system.contacts)]
+            self._raise(w, task.system, kind, lanes, spots)
         return lanes
 
-    def _set_at_rest(self, w: int, i: int, contact: Contact, kind: _Kind, lanes: Lanes) -> None:
-        """Write a contact's path, and its state in equilibrium."""
+    def _set_at_rest(self, w: int, i: int, contact: Contact, kind: _Kind, lanes: Lanes) -> general.Spot:
+        """Write a contact's path, and its state in equilibrium; return its running surface."""
         begin, pieces = self.paths.first_row(contact.pieces), len(contact.pieces)
         lanes.ends[w, i] = begin, begin + pieces, contact.loop, contact.join
         lanes.starts[w, i] = contact.start
@@ -247,22 +252,40 @@ class _Block:
             *self.nodes, contact.pieces, ends, kind.laws[i : i + 1], kind.law_tables[i], lanes.starts[w, i : i + 1],
             lanes.settings[w],
         )  # fmt: skip
-        height, factor = general.path_at_start(data, kind.units)
+        height, spots = general.path_at_start(data, kind.units)
         law = general.law_row(contact, kind.units, 0)
         force = float(kind.static[i]) / kind.units.force
-        delta = general.indentation_of(force, law, kind.law_tables[i], float(factor[0]))
+        delta = general.indentation_of(force, law, kind.law_tables[i], spots[0])
         lanes.contacts[w, i] = general.first_places(data)[0]
         lanes.contacts[w, i, layout.PIECE_NOW] += begin
         lanes.contacts[w, i, layout.BEGAN] = delta
         lanes.sinking[w, i] = delta - height[0] + kind.sinking[i] / kind.units.length
         lanes.forces[w, i] = force
+        return spots[0]
+
+    def _raise(self, w: int, system: System, kind: _Kind, lanes: Lanes, spots: list[general.Spot]) -> None:
+        """Move the wheels of a lane at rest to where they start."""
+        bodies, length, contacts = system.bodies, kind.units.length, lanes.contacts[w]
+        if not bodies.raised.shape[1]:
+            return
+        moved = general.raised_state(bodies, lanes.sinking[w] * length)
+        lanes.bodies[w, :-1] = moved
+        sprung = kind.local + bodies.shapes.T @ moved[: len(bodies.mass)]
+        gap = contacts[:, layout.BEGAN] + sprung / length
+        contacts[:, layout.FREE_NOW] = (gap <= 0.0) & (kind.laws[:, switch.LAW_PULLS] == 0.0)
+        compliance = kind.local / kind.static * kind.units.force / length
+        for i, contact in enumerate(system.contacts):
+            law = general.law_row(contact, kind.units, 0)
+            contacts[i, layout.BEGAN] = general.indentation_within(
+                float(gap[i]), float(compliance[i]), law, kind.law_tables[i], spots[i]
+            )
 
     def march(self, until: Until, stopped: Callable[[], bool]) -> MarchedCells:
         """March all cells to their ends."""
         lanes, kinds, logs, step = self.lanes, self._kinds(), self._logs(), 0
         data = Data(
             *self.nodes, self.paths.rows, lanes.ends[0], lanes.laws[0], self.law_tables.rows, lanes.starts[0],
-            lanes.settings[0],
+            lanes.settings[0], EVENTFUL.address,
         )  # fmt: skip
         stage, room, own = self._rooms()
         events, peaks = [], []
@@ -347,7 +370,9 @@ def _one_by_one(tasks: Sequence[Task], shared: Shared, stopped: Callable[[], boo
     for number, task in enumerate(tasks):
         if stopped():
             break
-        found = general.run(general.prepared_on(shared.track, task.system, task.method), task.duration)
+        found = general.run(
+            general.prepared_on(shared.track, task.system, task.method), task.duration, memory=task.memory
+        )
         wheels = len(task.system.wheels)
         events, peaks = (
             table[table[:, column] < wheels] for table, column in ((found.events, 3), (found.peaks[:, :3], 2))
@@ -391,7 +416,12 @@ def march_alone(tasks: Sequence[Task], threads: int, read: Callable[[int, Found]
                 if stopped():
                     return
                 task = tasks[number]
-                read(number, general.run(general.prepared_on(shared.track, task.system, task.method), task.duration))
+                read(
+                    number,
+                    general.run(
+                        general.prepared_on(shared.track, task.system, task.method), task.duration, memory=task.memory
+                    ),
+                )
 
     on_threads(works_of(tasks, threads), threads, march_work)
 
@@ -410,4 +440,5 @@ def is_ready(task: Task) -> bool:
         *block.nodes, block.paths.rows, lanes.ends[0], lanes.laws[0], block.law_tables.rows, lanes.starts[0],
         lanes.settings[0],
     )  # fmt: skip
-    return is_compiled(cells_kernel, (0, 1, 0, 0, tables, block._kinds(), lanes, data, stage, block._logs(), room, own))
+    arguments = 0, 1, 0, 0, tables, block._kinds(), lanes, data, stage, block._logs(), room, own
+    return EVENTFUL.is_compiled() and is_compiled(cells_kernel, arguments)

@@ -6,18 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.march.general import layout, local, paths
+from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.careful import SNAP
 from wheeltapper.march.general.crossings import NO_CROSSING, bernstein_value, first_crossing
 from wheeltapper.march.general.layout import BEGIN
 from wheeltapper.march.general.maxima import EXTREMES_MERGE
 from wheeltapper.march.general.records import Nodes, Room, Site
-from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 BoolArray = NDArray[np.bool_]
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _smallest(n: int, room: Room) -> float:
     """Return the smallest value of the polynomial of degree n in `room.bernstein` on its interval."""
     lowest = min(room.bernstein[BEGIN], room.bernstein[n])
@@ -32,7 +33,7 @@ def _smallest(n: int, room: Room) -> float:
         at += EXTREMES_MERGE
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _press(row: FloatArray, nodes: Nodes, q: int, room: Room) -> None:
     """Write the nodes of a part in contact and its forces; `room.after` takes the moments at its end."""
     n = len(nodes.places)
@@ -49,7 +50,7 @@ def _press(row: FloatArray, nodes: Nodes, q: int, room: Room) -> None:
             room.after[m] += nodes.weights[k] * room.N[k] * room.P[k, m]
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _smallest_in_contact(row: FloatArray, nodes: Nodes, q: int, site: Site, room: Room) -> float:
     """Return the smallest D of a part in contact, of which `_press` has written the nodes."""
     n = len(nodes.places)
@@ -74,7 +75,7 @@ def _smallest_in_contact(row: FloatArray, nodes: Nodes, q: int, site: Site, room
     return _smallest(n + 1, room)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _smallest_in_flight(row: FloatArray, places: FloatArray, matrix: FloatArray, q: int, site: Site, room: Room) -> float:  # fmt: skip  # noqa: E501
     """Return the smallest D of a part without force."""
     n, start = len(places), row[layout.ROW_FROM]
@@ -88,7 +89,7 @@ def _smallest_in_flight(row: FloatArray, places: FloatArray, matrix: FloatArray,
     return _smallest(n - 1, room)
 
 
-@kernel
+@uncounted_kernel
 def smallest_kernel(rows: FloatArray, wanted: BoolArray, gaps: FloatArray, kernels: FloatArray, residual: FloatArray, macro: Nodes, part: Nodes, places: FloatArray, matrix: FloatArray, pieces: FloatArray, ends: FloatArray, place: FloatArray, law: FloatArray, table: FloatArray, settings: FloatArray, begin: float, room: Room) -> float:  # fmt: skip  # noqa: E501
     """Return the smallest D in the wanted ones of a contact's rows.
 
@@ -128,5 +129,5 @@ def smallest_kernel(rows: FloatArray, wanted: BoolArray, gaps: FloatArray, kerne
         _press(row, nodes, q, room)
         if wanted[r]:
             smallest = min(smallest, _smallest_in_contact(row, nodes, q, site, room))
-        room.moments[:q] = room.after[:q]
+        copy(room.after[:q], room.moments)
     return smallest

@@ -9,6 +9,7 @@ from numpy.polynomial import legendre
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout, tangent, turned
+from wheeltapper.march.general import tables as tabulation
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.careful import sigmas_of
 from wheeltapper.march.general.laws import switch
@@ -32,11 +33,11 @@ class Tangents(NamedTuple):
     peaks
         Of time and force, N, (peaks, 2, directions); NaN where a maximum has no derivative.
     states
-        Of the bodies' states at the march's end, (directions, 2·freedoms).
+        Of the bodies' states at the march's end, (directions, states).
     pressed
         Of the impulse of each logged part, N·s, (rows, directions).
     of_starts
-        How the state at the end changes with the heights and velocities of all wheels at the start, (2, 2·freedoms).
+        How the state at the end changes with the heights and velocities of all wheels at the start, (2, states).
     """
 
     events: FloatArray
@@ -133,7 +134,7 @@ def _scratch(contacts: int, directions: int, q: int, modes: int, states: int) ->
     carried = tangent.Carried(
         free=along(q), change=along(q), moments=along(q), began=along(), felt=along(q),
         shares=np.zeros((directions + 1, contacts, q, q)), sums=np.zeros((q, q)),
-        modes=np.zeros((directions, 2, modes)), spare=np.zeros(max(32, states)), gap=np.zeros(q),
+        modes=np.zeros((directions, 2, modes)), spare=np.zeros(max(32, states)),
     )  # fmt: skip
     return posed, carried
 
@@ -156,9 +157,11 @@ def tangent_arguments(found: Found, turns: list[turned.SystemTurn]) -> tuple[Any
     )  # fmt: skip
     for number, one in enumerate(each):
         state.modes[number], state.began[number] = one.start.modes, one.start.began
-    freedoms = len(prepared.system.bodies.mass)
-    wheels = prepared.system.bodies.shapes.sum(axis=1) != 0.0
-    state.bodies[-2, :freedoms], state.bodies[-1, freedoms:-1] = wheels, wheels
+        state.bodies[number, :-1] = one.start.bodies
+    bodies = prepared.system.bodies
+    freedoms = len(bodies.mass)
+    wheels = bodies.shapes.sum(axis=1) > 0.0
+    state.bodies[-2, :freedoms], state.bodies[-1, freedoms:-1] = wheels, wheels[tabulation.heavy_of(bodies)]
     state.began[-2] = 1.0 / prepared.units.length
     motion = Motion(*(table.copy() for table in prepared.motion))
     posed, carried = _scratch(contacts, count, q, modes, states)

@@ -9,21 +9,28 @@ import numpy as np
 
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import gauss_nodes
+from wheeltapper.march.general.careful import sigmas_of
 from wheeltapper.march.general.march import Found
-from wheeltapper.march.general.replay import path_slopes, replay, rows_until
+from wheeltapper.march.general.replay import mapped, path_slopes, replay, rows_until
 from wheeltapper.march.program import FloatArray
 
 
-class Pressing(NamedTuple):
-    """Rising times, s, forces, N, and weights, s: Σ weights·force·f(times) is the integral of force·f.
-
-    The nodes are those at which the march has solved for the force, so that its singularities at losses and impacts do
-    no harm.
-    """
+class Rule(NamedTuple):
+    """Rising times, s, and weights, s: Σ weights·f(times) is the integral of f."""
 
     times: FloatArray
-    force: FloatArray
     weights: FloatArray
+
+
+RULE_STEPS = 512
+"""Macro steps of one rule."""
+SAME_SIGMA = 1e-12
+SUDDEN = 1e-5
+"""Of the static force: the smallest jump of a force that counts as one."""
+BESIDE = 1e-9
+"""How far from a jump, in macro steps, what is on its two sides is looked at."""
+EVEN_LEAST = 0.35
+"""Share of the nodes of a macro step that a very short part of it is given, where nothing is singular."""
 
 
 class SolvedParts(NamedTuple):
@@ -78,27 +85,60 @@ class Works(NamedTuple):
     load: float
 
 
-def joints(found: Found, end: float) -> FloatArray:
-    """Return the times, s, between which no force of a contact has a joint, from 0 to the end."""
-    rows, last = found.logs.rows, end / found.prepared.grid.seconds
-    edges = np.unique(np.append(rows[:, layout.ROW_STEP] + rows[:, layout.ROW_FROM], last))
-    return edges[edges <= last] * found.prepared.grid.seconds
+def rules(found: Found, end: float, steps: int = RULE_STEPS) -> Iterator[Rule]:
+    """Return rules for integrals over the whole march up to a time, s, one after the other, for some macro steps each.
+
+    Between two joints of any contact's force the nodes are those of Gauss over σ of a contact that has just had an
+    event, or is going to, so that what is singular there does no harm.
+    """
+    grid, method = found.prepared.grid, found.prepared.method
+    last = end / grid.seconds
+    for first in range(0, int(np.ceil(last)), steps):
+        until = min(float(first + steps), last)
+        rows = found.logs.rows
+        begin, stop = np.searchsorted(rows[:, layout.ROW_STEP], [first, until])
+        rows = rows[begin:stop]
+        starts = rows[:, layout.ROW_STEP] + rows[:, layout.ROW_FROM]
+        edges = np.unique(np.append(starts[starts < until], until))
+        held = _leading(rows, edges)
+        even = np.ceil(method.nodes * (EVEN_LEAST + (1.0 - EVEN_LEAST) * np.diff(edges)))
+        counts = np.where(held[:, layout.ROW_MAP] == layout.EVENLY, even, method.careful_nodes)
+        parts = [
+            _nodes_over(held[some], edges[:-1][some], edges[1:][some], int(count))
+            for count in np.unique(counts)
+            for some in [counts == count]
+        ]
+        times, weights = np.concatenate(parts, axis=1) * grid.seconds
+        order = np.argsort(times, kind="stable")
+        yield Rule(times[order], weights[order])
 
 
-def pressing(found: Found, contact: int, end: float) -> Pressing:
-    """Return the rule for a contact from the start up to a time, s."""
-    rows, seconds = rows_until(found, contact, end), found.prepared.grid.seconds
-    counts = rows.rows[:, layout.ROW_NODES].astype(int)
-    parts = [np.empty((3, 0))]
-    for count in np.unique(counts[counts > 1]).tolist():
-        some = counts == count
-        times = (rows.rows[some][:, [layout.ROW_STEP]] + rows.theta[some, :count]) * seconds
-        weights = gauss_nodes(count).weights * rows.pace[some, :count] * seconds
-        force = rows.force[some, :count] * found.prepared.units.force
-        parts.append(np.stack([times.ravel(), force.ravel(), weights.ravel()]))
-    times, force, weights = np.concatenate(parts, axis=1)
-    order = np.argsort(times, kind="stable")
-    return Pressing(times[order], force[order], weights[order])
+def _leading(rows: FloatArray, edges: FloatArray) -> FloatArray:
+    """Return for each interval the row over whose σ to integrate."""
+    middles = 0.5 * (edges[:-1] + edges[1:])
+    chosen = np.zeros((len(middles), rows.shape[1]))
+    for contact in np.unique(rows[:, layout.ROW_CONTACT]):
+        own = rows[rows[:, layout.ROW_CONTACT] == contact]
+        here = own[np.searchsorted(own[:, layout.ROW_STEP] + own[:, layout.ROW_FROM], middles, side="right") - 1]
+        curved = (here[:, layout.ROW_NODES] > 1) & (here[:, layout.ROW_MAP] != layout.EVENLY)
+        chosen[curved] = here[curved]
+    even = chosen[:, layout.ROW_NODES] == 0.0
+    chosen[even, layout.ROW_STEP] = np.floor(middles[even])
+    chosen[even, layout.ROW_MAP] = layout.EVENLY
+    chosen[even, layout.ROW_SPAN] = chosen[even, layout.ROW_S1] = 1.0
+    return chosen
+
+
+def _nodes_over(rows: FloatArray, begins: FloatArray, ends: FloatArray, count: int) -> FloatArray:
+    """Return times and weights, both in macro steps, of Gauss nodes over σ of rows, from their part to another."""
+    nodes, each = gauss_nodes(count), np.arange(len(rows))
+    sigmas = np.empty((2, len(rows)))
+    for sigma, at in zip(sigmas, (begins, ends), strict=True):
+        sigmas_of(at - rows[:, layout.ROW_STEP], each, rows, sigma)
+    sigmas = np.where(np.abs(sigmas - np.rint(sigmas)) < SAME_SIGMA, np.rint(sigmas), sigmas)
+    span = (sigmas[1] - sigmas[0])[:, None]
+    theta, pace = mapped(rows, sigmas[0][:, None] + span * nodes.places)
+    return np.stack([(rows[:, [layout.ROW_STEP]] + theta).ravel(), (nodes.weights * span * pace).ravel()])
 
 
 def solved_parts(found: Found, contact: int, end: float) -> Iterator[SolvedParts]:
@@ -114,6 +154,23 @@ def solved_parts(found: Found, contact: int, end: float) -> Iterator[SolvedParts
             times[:, 1:], delta[:, 1:], delta @ nodes.slopes.T, rows.pace[some, :count] * seconds,
             rows.force[some, :count] * found.prepared.units.force, nodes.weights,
         )  # fmt: skip
+
+
+def jumps(found: Found, end: float) -> FloatArray:
+    """Return two times, s, one on either side of each jump of a contact's force up to a time, (jumps, 2), in order."""
+    times = [np.empty(0)]
+    for contact in range(len(found.prepared.system.contacts)):
+        rows = rows_until(found, contact, end)
+        begins, ends = np.zeros((2, len(rows.rows)))
+        counts = rows.rows[:, layout.ROW_NODES].astype(int)
+        for count in np.unique(counts[counts > 1]).tolist():
+            some, nodes = counts == count, gauss_nodes(count)
+            coefficients = rows.force[some, :count] @ nodes.transform.T
+            begins[some], ends[some] = coefficients @ (-1.0) ** np.arange(count), coefficients.sum(axis=1)
+        times.append(rows.starts[1:][np.abs(begins[1:] - ends[:-1]) > SUDDEN])
+    at = np.sort(np.concatenate(times))
+    at = at[np.diff(at, prepend=-np.inf) > 4.0 * BESIDE]
+    return np.asarray((at[:, None] + np.array([-BESIDE, BESIDE])) * found.prepared.grid.seconds)
 
 
 def extremes(found: Found, end: float) -> tuple[float, float]:
@@ -137,26 +194,24 @@ def impulses(found: Found, contact: int, begins: FloatArray, end: float) -> Floa
 def works(found: Found, end: float) -> Works:
     """Return works and energies from the start up to a time, s; those of the contacts each on its own."""
     system = found.prepared.system
-    contact, path, bodies = np.zeros((3, len(system.contacts)))
-    for i, one in enumerate(system.contacts):
-        rule = pressing(found, i, end)
-        counted = rule.force * rule.weights
-        path[i] = system.speed * counted @ path_slopes(one, one.start + system.speed * rule.times)
-        bodies[i] = counted @ (replay(found, rule.times).velocity @ system.bodies.shapes)[:, i]
+    contact, path, taken = np.zeros((3, len(system.contacts)))
+    lost = 0.0
+    for rule in rules(found, end):
+        at = replay(found, rule.times)
+        lost += float(np.einsum("ti,ij,tj->t", at.velocity, system.bodies.damping, at.velocity) @ rule.weights)
+        counted = at.force * rule.weights[:, None]
+        taken += (counted * (at.velocity @ system.bodies.shapes)).sum(axis=0)
+        for i, one in enumerate(system.contacts):
+            path[i] += system.speed * counted[:, i] @ path_slopes(one, one.start + system.speed * rule.times)
+    for i in range(len(system.contacts)):
         contact[i] = sum(float((part.weights * part.force * part.slope).sum()) for part in solved_parts(found, i, end))
-    return Works(contact, path, bodies, *_of_bodies(found, end))
+    return Works(contact, path, taken, lost, *_of_bodies(found, end))
 
 
-def _of_bodies(found: Found, end: float) -> tuple[float, FloatArray, float]:
-    """Return what the bodies' dampers took, energies at both ends, and the loads' work."""
-    bodies, edges = found.prepared.system.bodies, joints(found, end)
-    nodes = gauss_nodes(found.prepared.method.nodes)
-    times = (edges[:-1, None] + np.diff(edges)[:, None] * nodes.places).ravel()
-    velocity = replay(found, times).velocity
-    powers = np.einsum("ti,ij,tj->t", velocity, bodies.damping, velocity)
-    lost = float(powers @ (np.diff(edges)[:, None] * nodes.weights).ravel())
-    at = replay(found, np.array([0.0, end]))
+def _of_bodies(found: Found, end: float) -> tuple[FloatArray, float]:
+    """Return the bodies' energies at both ends, and the loads' work."""
+    bodies, at = found.prepared.system.bodies, replay(found, np.array([0.0, end]))
     kinetic = 0.5 * np.einsum("ti,ij,tj->t", at.velocity, bodies.mass, at.velocity)
     springs = 0.5 * np.einsum("ti,ij,tj->t", at.displacement, bodies.stiffness, at.displacement)
     load = float((at.displacement[1] - at.displacement[0]) @ bodies.load)
-    return lost, np.column_stack([kinetic, springs]), load
+    return np.column_stack([kinetic, springs]), load

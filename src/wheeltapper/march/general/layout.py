@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 # A contact's state. Times are parts of the macro step, counted from its start: of the last impact, and of the loss that
-# is foreseen. BEGAN: the indentation, plus the residual's, at the step's start. SMOOTH: the last step was smooth.
-FREE_NOW, IMPACT_AT, LOSS_AT, PIECE_NOW, SHIFT_NOW, BEGAN, SMOOTH = range(7)
-STATE_COLUMNS = 7
+# is foreseen. BEGAN: the indentation at the part's start. SMOOTH: the last step was smooth. STOP_AT: where the free end
+# of a damper with play rests, or the anchor of dry friction. STRETCH_NOW: the stretch of a law with kinks
+# (laws/plastic.py, slider.py, corners.py). JOINED: 1 or -1 where a part begins at the upper or the lower border of that
+# stretch, 1 also where a released contact begins to press, 0 elsewhere. LAGS: 1 where a lag of the indentation was
+# resolved last (local.py).
+FREE_NOW, IMPACT_AT, LOSS_AT, PIECE_NOW, SHIFT_NOW, BEGAN, SMOOTH, STOP_AT, STRETCH_NOW, JOINED, LAGS = range(11)
+STATE_COLUMNS = 11
 
 # What FREE_NOW says: in contact, in flight, or released, where the surfaces indent each other but their law would pull.
-TOUCHING, FLYING, RELEASED = 0.0, 1.0, 2.0
+# The end of a damper with play flies, or goes along at one of its stops. An element whose law has stretches stays.
+TOUCHING, FLYING, RELEASED, AT_UPPER, AT_LOWER, STAYING = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
 
 # Of a contact's table of pieces: its first row, the one behind its last, the piece it goes on with, and how that joins.
 TABLE_BEGIN, TABLE_END, TABLE_LOOP, TABLE_JOIN = range(4)

@@ -18,7 +18,7 @@ from wheeltapper.march.general.algebra import factorise, solve_factorised
 from wheeltapper.march.general.laws.switch import LAW_RATED, forces, trend
 from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY
 from wheeltapper.march.general.records import Nodes, Room, Site
-from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 MOST_ITERATIONS = 30
@@ -32,7 +32,7 @@ TOO_FAR = 1e6
 """Indentation at which a solve has diverged."""
 
 
-@kernel
+@uncounted_kernel
 def legendre_rows(n: int, theta: FloatArray, q: int, P: FloatArray) -> None:
     """Write P_l(2θ_k - 1), (k, l)."""
     for k in range(n):
@@ -47,7 +47,7 @@ def legendre_rows(n: int, theta: FloatArray, q: int, P: FloatArray) -> None:
             value = later
 
 
-@kernel
+@uncounted_kernel
 def sum_at(theta: float, q: int, a: FloatArray) -> tuple[float, float]:
     """Return Σ a_l P_l(2θ - 1) and its derivative by θ."""
     z = 2.0 * theta - 1.0
@@ -69,7 +69,7 @@ def sum_at(theta: float, q: int, a: FloatArray) -> tuple[float, float]:
     return total, 2.0 * total_slope
 
 
-@kernel
+@uncounted_kernel
 def free_sum(q: int, c: FloatArray, B: FloatArray, moments: FloatArray, out: FloatArray) -> None:
     """Write c - B·moments."""
     for j in range(q):
@@ -79,7 +79,7 @@ def free_sum(q: int, c: FloatArray, B: FloatArray, moments: FloatArray, out: Flo
         out[j] = total
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def gap_at(theta: float, q: int, a: FloatArray, site: Site) -> tuple[float, float]:
     """Return D and its derivative by θ at fixed moments, given its coefficients."""
     value, slope = sum_at(theta, q, a)
@@ -87,7 +87,7 @@ def gap_at(theta: float, q: int, a: FloatArray, site: Site) -> tuple[float, floa
     return value + height, slope + steepness
 
 
-@kernel
+@uncounted_kernel
 def map_nodes(
     n: int, places: FloatArray, how: int, origin: float, span: float, s0: float, s1: float, room: Room
 ) -> None:
@@ -109,7 +109,7 @@ def map_nodes(
             room.pace[k] = 6.0 * span * s * (1.0 - s) * width
 
 
-@kernel
+@uncounted_kernel
 def rates(n: int, slopes: FloatArray, began: float, seconds: float, room: Room) -> None:
     """Write the indentation's rate at the nodes, from its polynomial through the start and the nodes."""
     for k in range(n):
@@ -119,7 +119,7 @@ def rates(n: int, slopes: FloatArray, began: float, seconds: float, room: Room) 
         room.rate[k] = total / (room.pace[k] * seconds)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def jacobian(n: int, slopes: FloatArray, seconds: float, rated: bool, room: Room) -> None:
     """Write the derivative of the residual by the indentations in J."""
     for i in range(n):
@@ -138,7 +138,7 @@ def jacobian(n: int, slopes: FloatArray, seconds: float, rated: bool, room: Room
                 room.J[i, j] += answer * slopes[k, j + 1]
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def lag(n: int, seconds: float, room: Room) -> float:
     """Return the time in which a rate-dependent indentation follows the gap, over the part's length.
 
@@ -151,32 +151,41 @@ def lag(n: int, seconds: float, room: Room) -> float:
     return most
 
 
-@inlined_kernel
-def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: float, seconds: float, tolerance: float, room: Room) -> bool:  # fmt: skip  # noqa: E501
+@inlined_uncounted_kernel
+def press_nodes(n: int, slopes: FloatArray, site: Site, room: Room) -> None:
+    """Write the forces of the indentations at the nodes, with their rates where they depend on them."""
+    if site.law[LAW_RATED] != 0.0:
+        rates(n, slopes, site.place[layout.BEGAN], site.seconds, room)
+    forces(
+        site.law, site.table, site.place[layout.STRETCH_NOW], n, room.delta, room.rate, room.left, room.factor, room.N,
+        room.slope, room.viscous,
+    )  # fmt: skip
+
+
+@inlined_uncounted_kernel
+def newton(n: int, nodes: Nodes, tolerance: float, site: Site, room: Room) -> bool:
     """Solve δ + r·N + K·N = d for the indentations, from those in `room.delta`; return False if that fails.
 
     K holds the structure's answer and the integration. In the end N is the force of δ.
     """
-    rated = law[LAW_RATED] != 0.0
-    slopes = nodes.slopes
-    if rated:
-        for k in range(n):
-            room.rate[k] = 0.0
-        forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)
-        if lag(n, seconds, room) < SHORT_LAG:
-            slopes = nodes.own_slopes
-    size = TOO_FAR
+    rated = site.law[LAW_RATED] != 0.0
+    lags = rated and site.place[layout.LAGS] != 0.0
+    size = 1.0  # behind a first correction, of a new matrix, about its square is left
     for turn in range(MOST_ITERATIONS):
-        if rated:
-            rates(n, slopes, began, seconds, room)
-        forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)
+        slopes = nodes.slopes if lags else nodes.own_slopes
+        press_nodes(n, slopes, site, room)
+        if turn == 0 and rated and lags != (lag(n, site.seconds, room) >= SHORT_LAG):
+            lags = not lags
+            site.place[layout.LAGS] = 1.0 if lags else 0.0
+            slopes = nodes.slopes if lags else nodes.own_slopes
+            press_nodes(n, slopes, site, room)
         for i in range(n):
             total = room.d[i] - room.delta[i] - room.r[i] * room.N[i]
             for j in range(n):
                 total -= room.K[i, j] * room.N[j]
             room.F[i] = total
         if turn == 0 or size > KEEPS_MATRIX:
-            jacobian(n, slopes, seconds, rated, room)
+            jacobian(n, slopes, site.seconds, rated, room)
             factorise(room.J, n)
         solve_factorised(room.J, n, room.F)
         before = size
@@ -188,20 +197,25 @@ def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: floa
             return False
         converged = size < tolerance or (size < KEEPS_MATRIX and size * size < tolerance * before)
         if converged or (size < STAGNANT and size >= 0.5 * before):
-            if rated:
-                rates(n, slopes, began, seconds, room)
-            forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)
+            if not rated:
+                press_nodes(n, slopes, site, room)
+                return True
+            for i in range(n):  # what is left is of the size of the tolerance
+                room.N[i] += room.slope[i] * room.F[i] - room.viscous[i] * room.rate[i]
+            rates(n, slopes, site.place[layout.BEGAN], site.seconds, room)
+            for i in range(n):
+                room.N[i] += room.viscous[i] * room.rate[i]
             return True
     return False
 
 
-@kernel
-def newton_apart(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: float, seconds: float, tolerance: float, room: Room) -> bool:  # fmt: skip  # noqa: E501
+@uncounted_kernel
+def newton_apart(n: int, nodes: Nodes, tolerance: float, site: Site, room: Room) -> bool:
     """Do as `newton`, where a call costs less than the code of another copy."""
-    return newton(n, nodes, law, table, began, seconds, tolerance, room)
+    return newton(n, nodes, tolerance, site, room)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def pose_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: float, s1: float, site: Site, room: Room) -> None:  # fmt: skip  # noqa: E501
     """Write what the problem of one part consists of at its nodes: θ, its pace, D without the force, r, factor, and K.
 
@@ -212,6 +226,7 @@ def pose_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: fl
     P = room.P
     legendre_rows(n, room.theta, q, P)
     paths.heights(site.pieces, site.place, site.x0, site.stride, site.lift, n, room.theta, room.height, room.factor)
+    paths.surfaces(site.pieces, site.place, site.x0, site.stride, site.lift, n, room.theta, room.left, room.factor)
     for k in range(n):
         total = room.height[k]
         local = 0.0
@@ -235,7 +250,32 @@ def pose_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: fl
             room.K[k, i] = total * nodes.integrals[k, i] * room.pace[i]
 
 
-@kernel
+@inlined_uncounted_kernel
+def continue_force(n: int, gap: float, steepness: float, site: Site, room: Room) -> None:
+    """Write the indentations that the force at the part's start would leave if it did not change.
+
+    `gap` and `steepness` are D and its derivative by θ there. Behind a kink of the path the rate changes at once, but
+    with a lag the force does not.
+    """
+    room.delta[layout.BEGIN] = site.place[layout.BEGAN]
+    room.rate[layout.BEGIN] = steepness / site.seconds
+    forces(
+        site.law, site.table, site.place[layout.STRETCH_NOW], 1, room.delta, room.rate, room.left, room.factor,
+        room.N, room.slope, room.viscous,
+    )  # fmt: skip
+    force = room.N[layout.BEGIN]
+    if site.law[LAW_RATED] != 0.0:
+        force = max(force, 0.0)
+        if lag(1, site.seconds, room) >= SHORT_LAG:
+            force = (gap - site.place[layout.BEGAN]) / room.r[layout.BEGIN]
+    for k in range(n):
+        answer = room.r[k]
+        for j in range(n):
+            answer += room.K[k, j]
+        room.delta[k] = room.d[k] - answer * force
+
+
+@uncounted_kernel
 def solve_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: float, s1: float, again: bool, tolerance: float, site: Site, room: Room) -> bool:  # fmt: skip  # noqa: E501
     """Solve for the forces of one part; write the moments at its end. `again`: δ holds a good guess.
 
@@ -245,9 +285,9 @@ def solve_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: f
     pose_part(nodes, q, how, origin, span, s0, s1, site, room)
     P = room.P
     if not again:
-        for k in range(n):
-            room.delta[k] = room.d[k]
-    if not newton_apart(n, nodes, site.law, site.table, site.place[layout.BEGAN], site.seconds, tolerance, room):
+        gap, steepness = gap_at(part_of(how, origin, span, s0), q, room.free, site)
+        continue_force(n, gap, steepness, site, room)
+    if not newton_apart(n, nodes, tolerance, site, room):
         return False
     for m in range(q):
         room.after[m] = room.moments[m]
@@ -258,7 +298,7 @@ def solve_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: f
     return True
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def tail_of(nodes: Nodes, N: FloatArray) -> float:
     """Return the size of the last two Legendre coefficients of a force."""
     n = len(nodes.places)
@@ -270,43 +310,40 @@ def tail_of(nodes: Nodes, N: FloatArray) -> float:
     return abs(last) + abs(other)
 
 
-@inlined_kernel
-def end_indentation(n: int, nodes: Nodes, began: float, seconds: float, room: Room) -> float:
+@inlined_uncounted_kernel
+def end_indentation(n: int, nodes: Nodes, place: FloatArray, room: Room) -> float:
     """Return the indentation at a part's end, by the polynomial that the rates at the nodes were taken from."""
     total = 0.0
-    if lag(n, seconds, room) < SHORT_LAG:
+    if place[layout.LAGS] == 0.0:
         for k in range(n):
             total += nodes.end[k] * room.delta[k]
         return total
-    total = nodes.reach[layout.BEGIN] * began
+    total = nodes.reach[layout.BEGIN] * place[layout.BEGAN]
     for k in range(n):
         total += nodes.reach[k + 1] * room.delta[k]
     return total
 
 
-@kernel
+@uncounted_kernel
 def trends(n: int, law: FloatArray, table: FloatArray, room: Room, out: FloatArray) -> None:
     """Write at the nodes what has the sign of a rate-dependent law's force."""
     for k in range(n):
         out[k] = trend(law, table, room.delta[k], room.rate[k])
 
 
-@inlined_kernel
-def would_pull(nodes: Nodes, law: FloatArray, table: FloatArray, room: Room) -> bool:
-    """Return True where a rate-dependent law pulls at a node or at the end."""
+@inlined_uncounted_kernel
+def would_pull(nodes: Nodes, law: FloatArray, room: Room) -> bool:
+    """Return True where a rate-dependent law pulls at a node or at the end; there are indentations everywhere."""
     if law[LAW_RATED] == 0.0:
         return False
-    n = len(nodes.places)
-    trends(n, law, table, room, room.F)
-    least = room.F[layout.BEGIN]
-    end = 0.0
-    for k in range(n):
-        least = min(least, room.F[k])
-        end += nodes.end[k] * room.F[k]
+    least, end = room.N[layout.BEGIN], 0.0
+    for k in range(len(nodes.places)):
+        least = min(least, room.N[k])
+        end += nodes.end[k] * room.N[k]
     return min(least, end) <= 0.0
 
 
-@kernel
+@uncounted_kernel
 def part_of(how: int, origin: float, span: float, s: float) -> float:
     """Return the part θ of the macro step at s."""
     if how == EVENLY:
@@ -318,7 +355,7 @@ def part_of(how: int, origin: float, span: float, s: float) -> float:
     return origin + span * s * s * (3.0 - 2.0 * s)
 
 
-@kernel
+@uncounted_kernel
 def smoothstep_inverse(x: float) -> float:
     """Return s in [0, 1] with s²·(3 - 2·s) = x."""
     if x <= 0.0:

@@ -11,10 +11,14 @@ from wheeltapper.march import program as numbers
 from wheeltapper.march.general import layout
 from wheeltapper.march.general import tables as tabulation
 from wheeltapper.march.general.basis import FLIGHT_DEGREE, flight_nodes, gauss_nodes
-from wheeltapper.march.general.contract import DEFAULT, Bodies, Contact, Law, Method, System
+from wheeltapper.march.general.contract import DEFAULT, Bodies, Contact, Law, Memory, Method, System, Task
 from wheeltapper.march.general.crossings import DEEPEST
+from wheeltapper.march.general.eventful import EVENTFUL
 from wheeltapper.march.general.laws import switch
-from wheeltapper.march.general.paths import height_and_slope, heights
+from wheeltapper.march.general.laws.corners import STRETCH_BEGIN
+from wheeltapper.march.general.laws.free_play import PLAY_START
+from wheeltapper.march.general.laws.plastic import PLASTIC_ONSET, stretch_of
+from wheeltapper.march.general.paths import height_and_slope, heights, surface_at
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
 from wheeltapper.march.general.stepping import MODES_EVERY, march_kernel
 from wheeltapper.march.general.structure import ComplexArray, Ring
@@ -29,7 +33,7 @@ class Start(NamedTuple):
     Attributes
     ----------
     bodies
-        Displacements, then velocities of all freedoms, (2·freedoms,).
+        Displacements of all freedoms, then velocities of those with mass.
     modes
         Amplitudes as seen from the bay of the first contact, (modes,).
     offsets
@@ -66,7 +70,7 @@ class Found(NamedTuple):
     steps
         Macro steps made.
     events
-        (events, 4): time in s, LOSS or IMPACT, rate of indentation in m/s, contact.
+        (events, 4): time in s, LOSS, IMPACT or YIELD, rate of indentation in m/s, contact.
     peaks
         Maxima of a force, (peaks, 4): time in s, force in N, contact, and 1 where the path has a kink or jump there.
     logs
@@ -102,48 +106,89 @@ def law_row(contact: Contact, units: tabulation.Units, first: int) -> FloatArray
     row[1 : 1 + len(given)] = given
     if kind in (switch.HERTZ, switch.HUNT_CROSSLEY):
         row[1] *= units.length**1.5 / units.force
-    if kind == switch.LINEAR_LAW:
+    if kind in (switch.LINEAR_LAW, switch.TWO_SIDED):
         row[1] *= units.length / units.force
+        row[switch.LAW_PULLS] = kind == switch.TWO_SIDED
     if kind == switch.HUNT_CROSSLEY:
         row[2] *= units.length
         row[switch.LAW_RATED] = 1.0
     if kind == switch.KELVIN:
         row[1:3] *= units.length / units.force
         row[switch.LAW_RATED] = 1.0
+    if kind == switch.FREE_PLAY:
+        row[1] *= units.length / units.force
+        row[2:4] /= units.length
+        row[switch.LAW_RATED] = 1.0
+    if kind == switch.SLIDER:
+        row[1] /= units.force
+        row[2] *= units.length / units.force
+    if kind in (switch.CORNERED_SPRING, switch.CORNERED_DAMPER):
+        row[2:5] = first, units.length, units.force
+        row[switch.LAW_RATED] = kind == switch.CORNERED_DAMPER
     if kind == switch.TABULATED:
         row[2] /= units.length
         row[5] = first
         row[6] = units.length ** given[0] / units.force
         row[7:9] /= units.length
         row[switch.LAW_RATED] = given[8] > 1 or given[9] > 1
+    if kind == switch.PLASTIC:
+        row[1] *= units.length**1.5 / units.force
+        row[2] /= units.length
+        row[3] = first
     return row
 
 
-def indentation_of(force: float, row: FloatArray, table: FloatArray, factor: float) -> float:
-    """Return the indentation at rest under a force, in the march's units, by Newton's method between bounds."""
-    delta, rate, N, slope, viscous = np.zeros((5, 1))
+class Spot(NamedTuple):
+    """A place of the running surface: the factor on the force, what earlier wheels have left, and what it bears.
 
-    def pressed(x: float) -> tuple[float, float]:
-        delta[0] = x
-        switch.forces(row, table, 1, delta, rate, np.array([factor]), N, slope, viscous)
-        return float(N[0]) - force, float(slope[0])
+    Lengths are in the march's units.
+    """
 
+    factor: float
+    left: float
+    bears: float
+
+
+def pressed(delta: float, row: FloatArray, table: FloatArray, spot: Spot) -> tuple[float, float]:
+    """Return the force of an indentation at rest, and its derivative, in the march's units."""
+    at, rate, N, slope, viscous = np.zeros((5, 1))
+    at[0], stretch = delta, 0.0
+    if row[switch.LAW_KIND] == switch.PLASTIC:
+        stretch = stretch_of(delta, spot.left, spot.bears, row, table)
+    left, factor = np.array([spot.left]), np.array([spot.factor if stretch == 0.0 else 1.0])
+    switch.forces(row, table, stretch, 1, at, rate, left, factor, N, slope, viscous)
+    return float(N[0]), float(slope[0])
+
+
+def indentation_of(force: float, row: FloatArray, table: FloatArray, spot: Spot, beside: float = 0.0) -> float:
+    """Return the indentation at rest under a force, in the march's units, by Newton's method between bounds.
+
+    `beside` is the stiffness of a spring beside the contact.
+    """
     low, high = 0.0, 1.0
-    while pressed(high)[0] < 0.0:
+    while pressed(high, row, table, spot)[0] + beside * high < force:
         low, high = high, 2.0 * high
         if high > 1e12:
             raise ValueError("the contact's law never reaches its static force")
     x = high
     for _ in range(200):
-        excess, steepness = pressed(x)
-        low, high = (x, high) if excess < 0.0 else (low, x)
-        new = x - excess / steepness if steepness > 0.0 else low
+        found, steepness = pressed(x, row, table, spot)
+        found, steepness = found + beside * x, steepness + beside
+        low, high = (x, high) if found < force else (low, x)
+        new = x - (found - force) / steepness if steepness > 0.0 else low
         if not low < new < high:
             new = 0.5 * (low + high)
         if abs(new - x) <= 2e-16 * x:
             return new
         x = new
     return x
+
+
+def indentation_within(gap: float, compliance: float, row: FloatArray, table: FloatArray, spot: Spot) -> float:
+    """Return the indentation δ at rest where δ + r·N(δ) is a gap, and zero in flight, in the march's units."""
+    if gap <= 0.0 or compliance <= 0.0:
+        return max(gap, 0.0)
+    return indentation_of(gap / compliance, row, table, spot, 1.0 / compliance)
 
 
 # -- preparing --------------------------------------------------------------------------------------------------------
@@ -175,7 +220,8 @@ def units_of(contacts: tuple[Contact, ...], static: FloatArray) -> tabulation.Un
     force = float(static.max())
     contact = contacts[int(static.argmax())]
     row = law_row(contact, tabulation.Units(1.0, 1.0), 0)
-    indentation = indentation_of(force, row, table_of(contact), 1.0)
+    bears = float(row[PLASTIC_ONSET]) if row[switch.LAW_KIND] == switch.PLASTIC else np.inf
+    indentation = indentation_of(force, row, table_of(contact), Spot(1.0, 0.0, bears))
     return tabulation.Units(*(2.0 ** round(log2(size)) for size in (indentation, force)))
 
 
@@ -202,7 +248,9 @@ def path_tables(system: System) -> tuple[FloatArray, FloatArray]:
     for row, contact in zip(ends, system.contacts, strict=True):
         row[:] = first, first + len(contact.pieces), contact.loop, contact.join
         first += len(contact.pieces)
-    return np.ascontiguousarray(np.vstack([contact.pieces for contact in system.contacts])), ends
+    width = max(contact.pieces.shape[1] for contact in system.contacts)
+    paths = [np.pad(one.pieces, ((0, 0), (0, width - one.pieces.shape[1]))) for one in system.contacts]
+    return np.ascontiguousarray(np.vstack(paths)), ends
 
 
 def prepare(system: System, method: Method = DEFAULT, start: Start | None = None, duration: float = np.inf) -> Prepared:
@@ -222,9 +270,14 @@ def prepared_on(track: tabulation.TrackTables, system: System, method: Method, s
         gauss_nodes(method.nodes), gauss_nodes(method.careful_nodes), *flight_nodes(), pieces, ends, laws, table,
         starts, settings_of(system, method, units, grid),
     )  # fmt: skip
-    start = start or equilibrium(system, data, static_forces(system), units, rest_of(system))
+    if start is None:
+        rest = equilibrium(system, data, static_forces(system), units, rest_of(system))
+        start = rest._replace(bodies=raised_state(system.bodies, rest.offsets))
     tables.bodies_read[:, 0, -1] += start.offsets / units.length
-    return Prepared(system, method, units, grid, tables, data, start, _motion(system, method, data, units, start))
+    local = tables.residual[:, 0] @ (-1.0) ** np.arange(method.nodes)
+    return Prepared(
+        system, method, units, grid, tables, data, start, _motion(system, method, data, units, start, local)
+    )
 
 
 RATED_TAIL = 1e-9
@@ -258,16 +311,17 @@ def first_places(data: Data) -> FloatArray:
     return rows
 
 
-def path_at_start(data: Data, units: tabulation.Units) -> tuple[FloatArray, FloatArray]:
-    """Return the paths' heights, in units of length, and the factors on the forces at time zero."""
-    height, factor = np.empty((2, len(data.starts)))
+def path_at_start(data: Data, units: tabulation.Units) -> tuple[FloatArray, list[Spot]]:
+    """Return the paths' heights, in units of length, and the running surfaces at time zero."""
+    height, spots = np.empty(len(data.starts)), list[Spot]()
     for i, place in enumerate(first_places(data)):
         lift = 1.0 / units.length
         height[i] = height_and_slope(data.pieces, place, data.starts[i], 0.0, lift, 0.0)[0]
         ignored, one = np.zeros((2, 1))
         heights(data.pieces, place, data.starts[i], 0.0, lift, 1, np.zeros(1), ignored, one)
-        factor[i] = one[0]
-    return height, factor
+        left, bears, _ = surface_at(data.pieces, place, data.starts[i], 0.0, lift, 0.0)
+        spots.append(Spot(float(one[0]), left, bears))
+    return height, spots
 
 
 def bays_of(ring: Ring, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -285,33 +339,36 @@ class Rest(NamedTuple):
         Of the modes, per force of each contact, (contacts, modes).
     deflections
         At each contact, per force of each other, (contact, other), m/N.
+    local
+        The part of each contact's own that the modes leave out, (contacts,), m/N.
     """
 
     amplitudes: ComplexArray
     deflections: FloatArray
+    local: FloatArray
 
 
 def rest_of(system: System) -> Rest:
     """Return what a system's track does under the contacts at rest."""
     contacts, ring = len(system.contacts), system.ring
     if ring is None:
-        return Rest(np.zeros((contacts, 0), dtype=complex), np.zeros((contacts, contacts)))
+        return Rest(np.zeros((contacts, 0), dtype=complex), np.zeros((contacts, contacts)), np.zeros(contacts))
     shows, takes, inside = _shown_and_taken(system)
     amplitudes = -takes / ring.rates
     local = np.append(tabulation.compliance_at(ring, inside), [port.residual for port in system.ports])
     deflections = np.real(shows @ (ring.weights * amplitudes).T) + np.diag(local)
-    return Rest(amplitudes, deflections)
+    return Rest(amplitudes, deflections, local)
 
 
 def static_indentations(
     data: Data, static: FloatArray, units: tabulation.Units
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the indentations at rest, in units of length, the paths' heights there, and the factors on the forces."""
-    height, factor = path_at_start(data, units)
+) -> tuple[FloatArray, FloatArray, list[Spot]]:
+    """Return the indentations at rest, in units of length, the paths' heights there, and the running surfaces."""
+    height, spots = path_at_start(data, units)
     delta = np.array([
-        indentation_of(force / units.force, data.laws[i], data.table, factor[i]) for i, force in enumerate(static)
+        indentation_of(force / units.force, data.laws[i], data.table, spots[i]) for i, force in enumerate(static)
     ])  # fmt: skip
-    return delta, height, factor
+    return delta, height, spots
 
 
 def equilibrium(system: System, data: Data, static: FloatArray, units: tabulation.Units, rest: Rest) -> Start:
@@ -321,7 +378,18 @@ def equilibrium(system: System, data: Data, static: FloatArray, units: tabulatio
     force = np.append(static, _forces_of_ports(system, rest, static))
     offsets = (delta - height[:wheels]) * units.length + (rest.deflections @ force)[:wheels]
     offsets = np.append(offsets, [-port.gap for port in system.ports])
-    return Start(np.zeros(2 * len(system.bodies.mass)), force @ rest.amplitudes, offsets)
+    return Start(np.zeros(len(tabulation.states_of(system.bodies).A) - 1), force @ rest.amplitudes, offsets)
+
+
+def raised_state(bodies: Bodies, offsets: FloatArray) -> FloatArray:
+    """Return the bodies' state at time zero, as in `Start`, with whose `offsets`, m."""
+    wheels, freedoms = bodies.raised.shape[1], len(bodies.mass)
+    state = np.zeros(freedoms + len(tabulation.heavy_of(bodies)))
+    if wheels:
+        heights, velocities = bodies.raised
+        state[:freedoms] = bodies.follows @ (-heights - offsets[:wheels])
+        state[freedoms : freedoms + wheels] = -velocities
+    return state
 
 
 def _shown_and_taken(system: System) -> tuple[ComplexArray, ComplexArray, FloatArray]:
@@ -371,7 +439,7 @@ def _forces_of_ports(system: System, rest: Rest, static: FloatArray) -> FloatArr
 
 def room_of(states: int) -> Room:
     """Return scratch memory."""
-    vectors = np.zeros((17, max(32, states)))
+    vectors = np.zeros((18, max(32, states)))
     matrices = np.zeros((4, layout.MOST_NODES, layout.MOST_NODES))
     stack = np.zeros((DEEPEST + 2, max(FLIGHT_DEGREE + 1, 32)))
     return Room._make([*vectors, *matrices, stack])
@@ -388,25 +456,51 @@ def stage_of(contacts: int, q: int, modes: int) -> Stage:
     )  # fmt: skip
 
 
-def _motion(system: System, method: Method, data: Data, units: tabulation.Units, start: Start) -> Motion:
-    """Return the state at time zero."""
+def _motion(
+    system: System, method: Method, data: Data, units: tabulation.Units, start: Start, local: FloatArray
+) -> Motion:  # fmt: skip
+    """Return the state at time zero; `local` is the compliance that the modes leave out at each contact."""
     contacts, q = len(data.starts), method.nodes
     places = first_places(data)
     order = order_of(system.ring)
     modes = start.modes[order]
     bodies = np.append(start.bodies, 1.0)
-    freedoms = len(start.bodies) // 2
-    height, _ = path_at_start(data, units)
+    freedoms = len(system.bodies.mass)
+    height, spots = path_at_start(data, units)
     gap = height * units.length + system.bodies.shapes.T @ start.bodies[:freedoms] + start.offsets
     if system.ring is not None:
         gap = gap - np.real(_shown_and_taken(system)[0] @ (system.ring.weights * start.modes))
-    places[:, layout.FREE_NOW] = gap <= 0.0
-    places[:, layout.BEGAN] = np.maximum(gap / units.length, 0.0)
+    places[:, layout.FREE_NOW] = (gap <= 0.0) & (data.laws[:, switch.LAW_PULLS] == 0.0)
+    places[:, layout.BEGAN] = [
+        indentation_within(one / units.length, float(local[i]), data.laws[i], data.table, spots[i])
+        for i, one in enumerate(gap)
+    ]  # fmt: skip
+    ends = data.laws[:, switch.LAW_KIND] == switch.FREE_PLAY
+    places[ends, layout.FREE_NOW] = layout.FLYING
+    places[ends, layout.STOP_AT] = gap[ends] / units.length + data.laws[ends, PLAY_START]
+    _join_elements(system, start, data, gap / units.length, places)
     trend = np.zeros((contacts, layout.TREND_COLUMNS))
     trend[:, layout.LOWEST_SINCE] = np.inf
     carried = np.append(carried_loads(system), np.zeros(len(system.ports)))
     forces_now = np.tile(carried[:, None] / units.force, (1, q))
     return Motion(np.stack([modes.real, modes.imag]), bodies, places, np.zeros((contacts, q)), forces_now, trend)
+
+
+def _join_elements(system: System, start: Start, data: Data, gap: FloatArray, places: FloatArray) -> None:
+    """Write the state at time zero of elements whose laws have stretches; dry friction begins without a force."""
+    freedoms = len(system.bodies.mass)
+    speed = system.bodies.shapes[tabulation.heavy_of(system.bodies)].T @ start.bodies[freedoms:]
+    for i, contact in enumerate(system.contacts):
+        if contact.law.kind not in switch.SWITCHING:
+            continue
+        places[i, layout.FREE_NOW] = layout.STAYING
+        if contact.law.kind == switch.SLIDER:
+            places[i, layout.STOP_AT] = gap[i]
+            continue
+        length = data.settings[layout.LENGTH_UNIT]
+        u = speed[i] if contact.law.kind == switch.CORNERED_DAMPER else gap[i] * length
+        begins = contact.law.table[:, STRETCH_BEGIN]
+        places[i, layout.STRETCH_NOW] = max(np.searchsorted(begins, u, side="right") - 1, 0)
 
 
 def order_of(ring: Ring | None) -> IntArray:
@@ -455,25 +549,63 @@ def march(
     return run(prepare(system, method, start, duration), duration, tell)
 
 
-def run(prepared: Prepared, duration: float, tell: Tell = report_nothing) -> Found:
+def march_task(task: Task, tell: Tell = report_nothing) -> Found:
+    """March a task from equilibrium."""
+    return run(prepare(task.system, task.method, None, task.duration), task.duration, tell, task.memory)
+
+
+def run(
+    prepared: Prepared, duration: float, tell: Tell = report_nothing, memory: Memory | None = None
+) -> Found:  # fmt: skip
     """March a prepared system for some time, in whole macro steps; nothing after the time is told."""
     total = max(1, ceil(duration / prepared.grid.seconds - 1e-9))
     motion = Motion(*(table.copy() for table in prepared.motion))
+    marking, chunk = None, GENERAL_CHUNK
+    if memory is not None and prepared.grid.stride > 0.0:
+        marking, chunk = memory.begin(), max(1, min(GENERAL_CHUNK, int(memory.reach / prepared.grid.stride)))
     contacts, q = len(prepared.data.starts), prepared.method.nodes
     stage = stage_of(contacts, q, motion.modes.shape[1])
     room = room_of(len(motion.bodies))
+    data = prepared.data._replace(careful=EVENTFUL.address)
     done, status = 0, numbers.RUNNING
     kept: list[Logs] = []
     while done < total and status in (numbers.RUNNING, numbers.FULL):
-        logs = _logs(prepared, min(GENERAL_CHUNK, total - done))
-        until = min(total, done + GENERAL_CHUNK)
-        status = march_kernel(done, until, prepared.tables, prepared.data, motion, stage, logs, room)
+        logs = _logs(prepared, min(chunk, total - done))
+        until = min(total, done + chunk)
+        status = march_kernel(done, until, prepared.tables, data, motion, stage, logs, room)
         kept.append(_used(logs, done))
         done = int(logs.used[layout.LOGGED_STEPS])
         if tell(done * prepared.grid.seconds) and done < total:
             status = numbers.FULL
             break
+        if marking is not None and done < total and status in (numbers.RUNNING, numbers.FULL):
+            marking.press(_found(prepared, numbers.RUNNING, done, np.inf, _joined(kept)))
+            prepared = _over(prepared, marking.pieces(), motion, done)
+            data = prepared.data._replace(careful=EVENTFUL.address)
     return _found(prepared, numbers.DONE if done >= total else int(status), done, duration, _joined(kept))
+
+
+def _over(prepared: Prepared, pieces: list[FloatArray], motion: Motion, done: int) -> Prepared:
+    """Return a system on new paths that are the same so far, after some macro steps; the wheels' pieces are renumbered.
+
+    Paths go on to their ends without a loop.
+    """
+    system, wheels = prepared.system, len(pieces)
+    new = tuple(one._replace(pieces=own, loop=len(own)) for one, own in zip(system.contacts, pieces, strict=False))
+    system = system._replace(contacts=new + system.contacts[wheels:])
+    table, ends = path_tables(system)
+    for i, (state, contact) in enumerate(zip(motion.contacts, system.contacts, strict=True)):
+        held, own = prepared.data.pieces[int(state[layout.PIECE_NOW])], int(ends[i, layout.TABLE_BEGIN])
+        x = contact.start + done * prepared.grid.stride
+        if i < wheels:  # behind a border at x it has not been entered yet
+            stop = held[numbers.STOP] + state[layout.SHIFT_NOW]
+            before = stop <= x + 1e-9 * prepared.grid.stride
+            side: Any = "left" if before else "right"
+            state[layout.PIECE_NOW] = own + np.searchsorted(contact.pieces[:, numbers.START], min(x, stop), side) - 1
+            state[layout.SHIFT_NOW] = 0.0
+        else:
+            state[layout.PIECE_NOW] += own - prepared.data.ends[i, layout.TABLE_BEGIN]
+    return prepared._replace(system=system, data=prepared.data._replace(pieces=table, ends=ends))
 
 
 def one_body() -> Bodies:
@@ -493,7 +625,7 @@ def is_ready(method: Method, modes: bool = True) -> bool:
         names = "reads", "writes", "fixed_reads", "fixed_writes"
         tables = tables._replace(**{name: getattr(tables, name).astype(np.float32) for name in names})
     motion, stage, room, logs = small.motion, stage_of(1, method.nodes, 0), room_of(3), _logs(small, 1)
-    return is_compiled(march_kernel, (0, 1, tables, small.data, motion, stage, logs, room))
+    return EVENTFUL.is_compiled() and is_compiled(march_kernel, (0, 1, tables, small.data, motion, stage, logs, room))
 
 
 def _used(logs: Logs, first: int) -> Logs:

@@ -27,16 +27,22 @@ NEAR = 2.0, 0.1
 many static units."""
 
 
-def _wanted_rows(rows: FloatArray, events: FloatArray, losses: int) -> NDArray[np.bool_]:
-    """Return the rows of a contact in which its margin can be, from times in macro steps and kinds of its events."""
+def _wanted_rows(rows: FloatArray, events: FloatArray, losses: int, error: float) -> NDArray[np.bool_]:
+    """Return the rows of a contact in which its margin can be, from times in macro steps and kinds of its events.
+
+    `error` is that of a loss, by which a flight may begin before it.
+    """
     times, kinds = events[:, contract.EVENT_TIME], events[:, contract.EVENT_KIND]
     lost, hit = times[kinds == contract.LOSS], times[kinds == contract.IMPACT]
+    before = losses - 1  # impacts before that loss
+    if len(hit) and (not len(lost) or hit[0] < lost[0]):  # it began in the air
+        before += 1
     begins = rows[:, layout.ROW_STEP] + rows[:, layout.ROW_FROM]
     flying = rows[:, layout.ROW_NODES] == 1.0
     if len(lost) >= losses:
-        until = hit[losses - 1] if len(hit) >= losses else np.inf
-        return np.asarray(flying & (begins >= lost[losses - 1] - SNAP) & (begins < until))
-    since = -1.0 if losses == 1 else hit[losses - 2] if len(hit) >= losses - 1 else np.inf
+        until = hit[before] if len(hit) > before else np.inf
+        return np.asarray(flying & (begins >= lost[losses - 1] - error - SNAP) & (begins < until))
+    since = -1.0 if before == 0 else hit[before - 1] if len(hit) >= before else np.inf
     held = ~flying & (begins > since + SNAP)
     nodes = np.arange(layout.MOST_NODES) < rows[:, [layout.ROW_NODES]]
     least = np.where(nodes, rows[:, layout.ROW_FORCES :], np.inf).min(axis=1)
@@ -52,8 +58,9 @@ def margin_of(found: Found, losses: int) -> float:
         events = found.events[found.events[:, contract.EVENT_CONTACT] == i] / [prepared.grid.seconds, 1.0, 1.0, 1.0]
         rows = logs.rows[logs.rows[:, layout.ROW_CONTACT] == i]
         lost = int((events[:, contract.EVENT_KIND] == contract.LOSS).sum())
+        wanted = _wanted_rows(rows, events, losses, prepared.method.loss)
         here = smallest_kernel(
-            rows, _wanted_rows(rows, events, losses), np.ascontiguousarray(logs.gaps[:, i]), tables.kernels[i],
+            rows, wanted, np.ascontiguousarray(logs.gaps[:, i]), tables.kernels[i],
             tables.residual[i], data.macro, data.part, data.places, data.matrix, data.pieces, data.ends[i], place,
             data.laws[i], data.table, data.settings, float(data.starts[i]), room,
         )  # fmt: skip

@@ -7,14 +7,14 @@ from wheeltapper.march.general.crossings import NO_CROSSING, bernstein_value, fi
 from wheeltapper.march.general.layout import BEGIN, LOWEST_SINCE, TOP_SIZE, TOP_WAITS
 from wheeltapper.march.general.local import part_of
 from wheeltapper.march.general.records import Nodes, Room
-from wheeltapper.march.kernel import inlined_kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 EXTREMES_MERGE = 1e-9
 """Two extremes closer than this share of a part are one."""
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def follow(step: float, at: float, force: float, contact: float, prominent: float, trend: FloatArray, peaks: FloatArray, count: int) -> int:  # fmt: skip  # noqa: E501
     """Take the force's next value; log the maximum before it as soon as the force has fallen from it."""
     least = prominent * (1.0 + abs(force))
@@ -37,7 +37,7 @@ def follow(step: float, at: float, force: float, contact: float, prominent: floa
     return count
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def follow_row(row: FloatArray, nodes: Nodes, prominent: float, trend: FloatArray, peaks: FloatArray, count: int, room: Room) -> int:  # fmt: skip  # noqa: E501
     """Take the extremes of the force in a logged part; return how many maxima are logged now."""
     step = row[layout.ROW_STEP]

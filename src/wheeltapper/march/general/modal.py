@@ -7,11 +7,11 @@ ordered by their rates, and in row l those before `first[l]` are left out, since
 from __future__ import annotations
 
 from wheeltapper.march.general.layout import IM, RE
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
 
-@kernel
+@uncounted_kernel
 def read_modes(rows: FloatArray, first: IntArray, re: FloatArray, im: FloatArray, c: FloatArray) -> None:
     """Add to the coefficients c what the modes' free motion gives; `rows` is (q, 2, modes)."""
     for m in range(len(c)):
@@ -26,13 +26,13 @@ def read_modes(rows: FloatArray, first: IntArray, re: FloatArray, im: FloatArray
         c[m] += total
 
 
-@kernel
+@uncounted_kernel
 def _write_pair(one: float, two: float, first: FloatArray, second: FloatArray, x: FloatArray) -> None:
     for n in range(len(x)):
         x[n] += one * first[n] + two * second[n]
 
 
-@kernel
+@uncounted_kernel
 def write_modes(rows: FloatArray, first: IntArray, moments: FloatArray, re: FloatArray, im: FloatArray) -> None:
     """Add to the amplitudes what the moments of a force give."""
     q = len(moments)
@@ -44,7 +44,7 @@ def write_modes(rows: FloatArray, first: IntArray, moments: FloatArray, re: Floa
         _write_pair(moments[m], two, rows[m, IM, begin:], rows[other, IM, begin:], im[begin:])
 
 
-@kernel
+@uncounted_kernel
 def turned(factor: FloatArray, re: FloatArray, im: FloatArray, out_re: FloatArray, out_im: FloatArray) -> None:
     """Write amplitudes times complex factors, (2, modes)."""
     real = factor[RE]
@@ -56,7 +56,7 @@ def turned(factor: FloatArray, re: FloatArray, im: FloatArray, out_re: FloatArra
         out_im[n] = x * imaginary[n] + y * real[n]
 
 
-@kernel
+@uncounted_kernel
 def turn(factor: FloatArray, re: FloatArray, im: FloatArray) -> None:
     """Multiply amplitudes by complex factors, (2, modes)."""
     real = factor[RE]
@@ -67,7 +67,7 @@ def turn(factor: FloatArray, re: FloatArray, im: FloatArray) -> None:
         im[n] = x * imaginary[n] + im[n] * real[n]
 
 
-@kernel
+@uncounted_kernel
 def add_turned_back(factor: FloatArray, more_re: FloatArray, more_im: FloatArray, re: FloatArray, im: FloatArray) -> None:  # fmt: skip  # noqa: E501
     """Add amplitudes times the conjugate factors."""
     real = factor[RE]
@@ -77,7 +77,7 @@ def add_turned_back(factor: FloatArray, more_re: FloatArray, more_im: FloatArray
         im[n] += more_im[n] * real[n] - more_re[n] * imaginary[n]
 
 
-@kernel
+@uncounted_kernel
 def read_modes_of_all(rows: FloatArray, first: IntArray, modes: FloatArray, c: FloatArray) -> None:
     """Do as `read_modes` for several amplitudes, (many, 2, modes), three at a time: c is (many, q)."""
     many = len(modes)
@@ -102,7 +102,7 @@ def read_modes_of_all(rows: FloatArray, first: IntArray, modes: FloatArray, c: F
                 c[three, m] += total3
 
 
-@kernel
+@uncounted_kernel
 def _write_three(
     first: FloatArray, second: FloatArray, a1: float, b1: float, a2: float, b2: float, a3: float, b3: float,
     x1: FloatArray, x2: FloatArray, x3: FloatArray,
@@ -113,7 +113,7 @@ def _write_three(
         x3[n] += a3 * first[n] + b3 * second[n]
 
 
-@kernel
+@uncounted_kernel
 def write_modes_of_all(rows: FloatArray, first: IntArray, moments: FloatArray, modes: FloatArray) -> None:
     """Do as `write_modes` for several moments, (many, q), and amplitudes, (many, 2, modes), three at a time."""
     many, q = moments.shape

@@ -11,15 +11,15 @@ from math import cos, sin
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.general.layout import PIECE_NOW, SHIFT_NOW
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.general.layout import PIECE_NOW, SHIFT_NOW, STRETCH_NOW
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 RADIANS = 2.0
 """Longest part of a wave that a step goes over."""
 
 
-@kernel
+@uncounted_kernel
 def heights(
     pieces: FloatArray, place: FloatArray, x0: float, stride: float, lift: float, n: int, theta: FloatArray,
     height: FloatArray, factor: FloatArray,
@@ -59,7 +59,7 @@ def heights(
             factor[k] = total
 
 
-@kernel
+@uncounted_kernel
 def height_and_slope(
     pieces: FloatArray, place: FloatArray, x0: float, stride: float, lift: float, theta: float
 ) -> tuple[float, float]:
@@ -85,7 +85,7 @@ def height_and_slope(
     return lift * value, lift * slope * stride
 
 
-@kernel
+@uncounted_kernel
 def piece_stop(pieces: FloatArray, place: FloatArray, x0: float, stride: float) -> float:
     """Return the part θ of the macro step at which the present piece ends."""
     stop = pieces[int(place[PIECE_NOW]), contract.STOP]
@@ -94,7 +94,7 @@ def piece_stop(pieces: FloatArray, place: FloatArray, x0: float, stride: float) 
     return (stop + place[SHIFT_NOW] - x0) / stride
 
 
-@kernel
+@uncounted_kernel
 def longest_reach(pieces: FloatArray, place: FloatArray, stride: float) -> float:
     """Return how much of a macro step may be gone over at once, for the sake of the path's wave."""
     piece = int(place[PIECE_NOW])
@@ -103,7 +103,7 @@ def longest_reach(pieces: FloatArray, place: FloatArray, stride: float) -> float
     return RADIANS / (abs(pieces[piece, contract.WAVENUMBER] * stride) + 1e-300)
 
 
-@kernel
+@uncounted_kernel
 def enter_next_piece(pieces: FloatArray, first: int, last: int, loop: int, loop_join: int, place: FloatArray) -> int:
     """Go to the next piece of a table that is rows `first` to `last` - 1; return how it joins, or -1 at the end."""
     piece = int(place[PIECE_NOW]) + 1
@@ -115,3 +115,44 @@ def enter_next_piece(pieces: FloatArray, first: int, last: int, loop: int, loop_
     place[SHIFT_NOW] += pieces[piece - 1, contract.STOP] - pieces[first + loop, contract.START]
     place[PIECE_NOW] = first + loop
     return loop_join
+
+
+@uncounted_kernel
+def _polynomial(row: FloatArray, degree: int, first: int, xi: float) -> float:
+    """Return a polynomial of a piece whose coefficients begin at a column."""
+    total = 0.0
+    for j in range(degree, -1, -1):
+        total = total * xi + row[first + j]
+    return total
+
+
+@uncounted_kernel
+def surface_at(pieces: FloatArray, place: FloatArray, x0: float, stride: float, lift: float, theta: float) -> tuple[float, float, float]:  # fmt: skip  # noqa: E501
+    """Return what earlier wheels have left, and what the surface as it is bears elastically, both times `lift`.
+
+    Then follows the factor on the force. A table without these columns is of contacts that do not yield.
+    """
+    row = pieces[int(place[PIECE_NOW])]
+    if len(row) <= contract.RESIDUAL_DEGREE:
+        return 0.0, np.inf, 1.0
+    xi = (x0 - place[SHIFT_NOW] - row[contract.CENTRE] + stride * theta) / row[contract.SCALE]
+    factor = 1.0
+    if row[contract.FACTOR_DEGREE] >= 0.0:
+        factor = _polynomial(row, int(row[contract.FACTOR_DEGREE]), contract.FACTOR, xi)
+    left = _polynomial(row, int(row[contract.RESIDUAL_DEGREE]), contract.RESIDUAL, xi)
+    return lift * left, lift * _polynomial(row, int(row[contract.BEARS_DEGREE]), contract.BEARS, xi), factor
+
+
+@uncounted_kernel
+def surfaces(
+    pieces: FloatArray, place: FloatArray, x0: float, stride: float, lift: float, n: int, theta: FloatArray,
+    left: FloatArray, factor: FloatArray,
+) -> None:  # fmt: skip
+    """Write what earlier wheels have left at n parts θ under a contact that yields, and no factor there."""
+    if place[STRETCH_NOW] == 0.0:
+        for k in range(n):
+            left[k] = 0.0
+        return
+    for k in range(n):
+        left[k], _, _ = surface_at(pieces, place, x0, stride, lift, theta[k])
+        factor[k] = 1.0

@@ -144,6 +144,7 @@ class Room(NamedTuple):
     pace: FloatArray  # dθ/dσ
     height: FloatArray
     factor: FloatArray
+    left: FloatArray  # what earlier wheels have left, where the contact yields
     d: FloatArray  # D without the force of this part
     r: FloatArray
     delta: FloatArray
@@ -181,6 +182,8 @@ class Data(NamedTuple):
         Position of each contact in its table at time zero, m.
     settings
         Tolerances, units, speed and step (layout.py).
+    careful
+        Address of the kernel `eventful`, while one marches.
     """
 
     macro: Nodes
@@ -193,6 +196,7 @@ class Data(NamedTuple):
     table: FloatArray
     starts: FloatArray
     settings: FloatArray
+    careful: int = 0
 
 
 class Motion(NamedTuple):

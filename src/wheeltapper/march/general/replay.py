@@ -8,6 +8,7 @@ H·exp(-λθ'H)·b over the macro step.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -18,12 +19,13 @@ from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.careful import sigma_of, sigmas_of
 from wheeltapper.march.general.contract import Contact
+from wheeltapper.march.general.laws.switch import FREE_PLAY, SWITCHING, TWO_SIDED
 from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY, IM, RE
-from wheeltapper.march.general.march import Found, Prepared
-from wheeltapper.march.general.records import Motion, Stage
-from wheeltapper.march.general.stepping import MODES_EVERY, write_kernel
-from wheeltapper.march.general.structure import ComplexArray
-from wheeltapper.march.general.tables import exponentials, states_of
+from wheeltapper.march.general.march import Found
+from wheeltapper.march.general.records import Tables
+from wheeltapper.march.general.stepping import MODES_EVERY
+from wheeltapper.march.general.structure import ComplexArray, Ring
+from wheeltapper.march.general.tables import Grid, exponentials, heavy_of, real_times, states_of
 from wheeltapper.march.program import FloatArray, IntArray
 
 AT_ONCE = 8192
@@ -40,7 +42,7 @@ class Replayed(NamedTuple):
     indentation, rail, path
         Of the contacts too; the rail's deflection at the contact.
     displacement, velocity, acceleration
-        Of the bodies' freedoms, (times, freedoms).
+        Of the bodies' freedoms, (times, freedoms); NaN for the acceleration of one without mass.
     """
 
     force: FloatArray
@@ -93,7 +95,7 @@ def rows_until(found: Found, contact: int, end: float) -> Rows:
         row[layout.ROW_S1] = row[layout.ROW_S0] + sigma * (row[layout.ROW_S1] - row[layout.ROW_S0])
         values = legendre.legvander(2.0 * sigma * nodes.places - 1.0, count - 1)
         held.force[last, :count] = values @ nodes.transform @ held.force[last, :count]
-        theta, pace = _mapped(row[None], nodes.places)
+        theta, pace = mapped(row[None], nodes.places)
         held.theta[last, :count], held.pace[last, :count] = theta[0], pace[0]
         powers = legendre.legvander(2.0 * theta[0] - 1.0, held.total.shape[1] - 1)
         held.total[last] = (nodes.weights * pace[0] * held.force[last, :count]) @ powers
@@ -101,17 +103,21 @@ def rows_until(found: Found, contact: int, end: float) -> Rows:
     return held
 
 
-def rows_of(found: Found, contact: int) -> Rows:
-    """Return the logged parts of a contact."""
+def rows_of(found: Found, contact: int, first: int = 0, last: int | None = None) -> Rows:
+    """Return the logged parts of a contact, from a macro step on and up to another one, that included."""
     q = found.prepared.method.nodes
-    rows = found.logs.rows[found.logs.rows[:, layout.ROW_CONTACT] == contact]
+    rows = found.logs.rows
+    if last is not None:
+        begin, end = np.searchsorted(rows[:, layout.ROW_STEP], [first, last + 1])
+        rows = rows[begin:end]
+    rows = rows[rows[:, layout.ROW_CONTACT] == contact]
     counts = rows[:, layout.ROW_NODES].astype(int)
     theta, pace = np.zeros((2, len(rows), layout.MOST_NODES))
     total = np.zeros((len(rows), q))
     force = np.zeros((len(rows), layout.MOST_NODES))
     for count in np.unique(counts[counts > 1]):
         some, nodes = counts == count, gauss_nodes(int(count))
-        theta[some, :count], pace[some, :count] = _mapped(rows[some], nodes.places)
+        theta[some, :count], pace[some, :count] = mapped(rows[some], nodes.places)
         force[some, :count] = rows[some, layout.ROW_FORCES : layout.ROW_FORCES + count]
         powers = legendre.legvander(2.0 * theta[some, :count] - 1.0, q - 1)
         total[some] = np.einsum("rk,rkm->rm", nodes.weights * pace[some, :count] * force[some, :count], powers)
@@ -121,8 +127,8 @@ def rows_of(found: Found, contact: int) -> Rows:
     return Rows(rows, steps + rows[:, layout.ROW_FROM], theta, pace, force, summed - summed[first], total)
 
 
-def _mapped(rows: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return θ and dθ/dσ at places of rows."""
+def mapped(rows: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return θ and dθ/dσ at places of rows, the same in all of them or (rows, places)."""
     how, origin, span, s0, s1 = (
         rows[:, [column]]
         for column in (layout.ROW_MAP, layout.ROW_ORIGIN, layout.ROW_SPAN, layout.ROW_S0, layout.ROW_S1)
@@ -139,7 +145,7 @@ def _mapped(rows: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArra
     return theta, pace * (s1 - s0)
 
 
-class _At(NamedTuple):
+class At(NamedTuple):
     """Samples of one contact: its force, what that becomes by θ, and by θ again, and its moments there."""
 
     force: FloatArray
@@ -152,7 +158,7 @@ STILL = 1e-6
 """dθ/dσ, in macro steps, below which a sample is at an impact or a loss, where the force begins with no slope."""
 
 
-def _sampled(rows: Rows, step: IntArray, theta: FloatArray) -> _At:
+def _sampled(rows: Rows, step: IntArray, theta: FloatArray, pulls: bool) -> At:
     q = rows.total.shape[1]
     index = np.searchsorted(rows.starts, step + theta, side="right") - 1
     index = np.clip(index, np.searchsorted(rows.starts, step), np.searchsorted(rows.starts, step + 1.0) - 1)
@@ -179,7 +185,7 @@ def _sampled(rows: Rows, step: IntArray, theta: FloatArray) -> _At:
         rates = (rows.pace[own, :count] * rows.force[own, :count])[:, :, None] * powers  # (samples, nodes, q)
         changes = np.einsum("jk,skm->sjm", nodes.transform, rates)
         moments[some] += np.einsum("sj,sjm->sm", _integrated(values), changes)
-    return _At(np.maximum(force, 0.0), rate, bend, moments)
+    return At(force if pulls else np.maximum(force, 0.0), rate, bend, moments)
 
 
 def pace_at(rows: FloatArray, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -189,7 +195,7 @@ def pace_at(rows: FloatArray, sigma: FloatArray) -> tuple[FloatArray, FloatArray
     s = rows[:, layout.ROW_S0] + width * sigma
     kinds = [how == EVENLY, how == AFTER_IMPACT, how == BEFORE_LOSS]
     turn = np.select(kinds, [0.0 * s, 2.0 + 0.0 * s, -2.0 + 0.0 * s], 6.0 * span * (1.0 - 2.0 * s)) * width**2
-    return _mapped(rows, sigma[:, None])[1][:, 0], turn
+    return mapped(rows, sigma[:, None])[1][:, 0], turn
 
 
 def _integrated(values: FloatArray) -> FloatArray:
@@ -213,21 +219,26 @@ def replay(found: Found, times: FloatArray) -> Replayed:
     contacts, freedoms = len(found.prepared.system.contacts), len(found.prepared.system.bodies.mass)
     widths = (contacts,) * 6 + (freedoms,) * 3
     out = Replayed(*(np.empty((len(times), width)) for width in widths))
-    logged = [rows_of(found, contact) for contact in range(contacts)]
     for first in range(0, len(times), AT_ONCE):
         chunk = slice(first, first + AT_ONCE)
-        for whole, part in zip(out, _replayed(found, logged, times[chunk]), strict=True):
+        for whole, part in zip(out, _replayed(found, times[chunk]), strict=True):
             whole[chunk] = part
     return out
 
 
-def _replayed(found: Found, logged: list[Rows], times: FloatArray) -> tuple[FloatArray, ...]:
+def _sampled_contacts(found: Found, step: IntArray, theta: FloatArray) -> list[At]:
+    first, last = int(step.min()), int(step.max())
+    pulls = [contact.law.kind in (TWO_SIDED, FREE_PLAY, *SWITCHING) for contact in found.prepared.system.contacts]
+    return [_sampled(rows_of(found, i, first, last), step, theta, pulls[i]) for i in range(len(pulls))]
+
+
+def _replayed(found: Found, times: FloatArray) -> tuple[FloatArray, ...]:
     prepared = found.prepared
     system, units, tables = prepared.system, prepared.units, prepared.tables
     step, theta = _places(found, times)
     values = legendre.legvander(2.0 * theta - 1.0, prepared.method.nodes - 1)
     phase = step % tables.matrices.shape[1]
-    at = [_sampled(rows, step, theta) for rows in logged]
+    at = _sampled_contacts(found, step, theta)
     states = _body_states(found, step, theta, at)
     freedoms = len(system.bodies.mass)
     down = states[:, :freedoms] @ system.bodies.shapes + prepared.start.offsets
@@ -242,14 +253,16 @@ def _replayed(found: Found, logged: list[Rows], times: FloatArray) -> tuple[Floa
         indentation[:, i] = (gap - local * one.force) * units.length
         path[:, i] = height
         rail[:, i] = down[:, i] + height - indentation[:, i]
-    rates = states_of(system.bodies)
-    acceleration = (states @ rates.A.T - force @ rates.B.T)[:, freedoms:-1]
+    first, heavy = states_of(system.bodies), heavy_of(system.bodies)
+    rates = states @ first.A.T - force @ first.B.T
+    acceleration = np.full((len(times), freedoms), np.nan)
+    acceleration[:, heavy] = rates[:, freedoms:-1]
     by_time = units.force / prepared.grid.seconds
     rate, bend = np.stack([[one.rate, one.bend / prepared.grid.seconds] for one in at], axis=2) * by_time
-    return force, rate, bend, indentation, rail, path, states[:, :freedoms], states[:, freedoms:-1], acceleration
+    return force, rate, bend, indentation, rail, path, states[:, :freedoms], rates[:, :freedoms], acceleration
 
 
-def _body_states(found: Found, step: IntArray, theta: FloatArray, at: list[_At]) -> FloatArray:
+def _body_states(found: Found, step: IntArray, theta: FloatArray, at: list[At]) -> FloatArray:
     """Return the bodies' states, (times, states)."""
     prepared = found.prepared
     seconds, nodes = prepared.grid.seconds, gauss_nodes(prepared.method.nodes)
@@ -259,7 +272,41 @@ def _body_states(found: Found, step: IntArray, theta: FloatArray, at: list[_At])
     held = found.logs.bodies[step].copy()
     for i, one in enumerate(at):
         held += one.moments @ answers[:, :, i]
-    return np.einsum("tij,tj->ti", exponentials(states.A * seconds, theta), held)
+    places, place = np.unique(theta, return_inverse=True)  # many steps have the same nodes
+    return np.asarray(np.einsum("tij,tj->ti", exponentials(states.A * seconds, places)[place], held))
+
+
+def pressed(found: Found, contact: int, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return indentation, m, and force, N, of one contact at some times, s, and nothing else; zero in flight."""
+    indented, force = np.zeros((2, len(times)))
+    if not len(times):
+        return indented, force
+    step, theta = _places(found, times)
+    rows, prepared = rows_of(found, contact, int(step.min()), int(step.max())), found.prepared
+    index = np.clip(np.searchsorted(rows.starts, step + theta, side="right") - 1, 0, len(rows.rows) - 1)
+    sigma = np.zeros(len(times))
+    sigmas_of(theta, index, rows.rows, sigma)
+    one = prepared.system.contacts[contact]
+    kernels, residual = prepared.tables.kernels[contact], prepared.tables.residual[contact]
+    counts = rows.rows[index, layout.ROW_NODES].astype(int)
+    for count in np.unique(counts[counts > 1]).tolist():
+        some, nodes = np.flatnonzero(counts == count), gauss_nodes(count)
+        used, back = np.unique(index[some], return_inverse=True)
+        own, at = rows.rows[used, layout.ROW_STEP].astype(int), rows.theta[used, :count]
+        powers = np.asarray(legendre.legvander(2.0 * at - 1.0, prepared.method.nodes - 1), dtype=float)
+        rates = (rows.pace[used, :count] * rows.force[used, :count])[:, :, None] * powers
+        moments = rows.before[used][:, None] + nodes.integrals @ rates
+        answers = moments @ kernels[own % len(kernels)].transpose(0, 2, 1)
+        free = found.logs.gaps[own, contact][:, None] - answers
+        local = (powers * residual[own % len(residual)][:, None]).sum(axis=2)
+        x = one.start + prepared.system.speed * prepared.grid.seconds * (own[:, None] + at)
+        gap = (powers * free).sum(axis=2) + path_heights(one, x.ravel()).reshape(x.shape) / prepared.units.length
+        delta = (gap - local * rows.force[used, :count]) @ nodes.transform.T
+        values = np.asarray(legendre.legvander(2.0 * sigma[some] - 1.0, count - 1), dtype=float)
+        indented[some] = (delta[back] * values).sum(axis=1) * prepared.units.length
+        held = rows.force[used, :count] @ nodes.transform.T
+        force[some] = (held[back] * values).sum(axis=1) * prepared.units.force
+    return indented, force
 
 
 # -- the track --------------------------------------------------------------------------------------------------------
@@ -275,62 +322,109 @@ class Modes(NamedTuple):
         a' = λ·a + forced.
     bay
         Number of the bay from which they are seen, (times,).
+    force, force_rate
+        Of the contacts, (times, contacts): N, N/s.
     """
 
     amplitudes: ComplexArray
     forced: ComplexArray
     forced_rate: ComplexArray
     bay: IntArray
+    force: FloatArray
+    force_rate: FloatArray
 
 
-def modes(found: Found, times: FloatArray) -> Modes:
-    """Return the track's modes at some times, s."""
-    prepared = found.prepared
-    tables, ring = prepared.tables, prepared.system.ring
-    if ring is None:
+class TrackRun(NamedTuple):
+    """What the modes of a track follow from over a march: its tables, and the moments of the forces on it.
+
+    Attributes
+    ----------
+    ring, tables, grid
+        Of the track.
+    force
+        Unit of the moments, N.
+    moments
+        Of each contact's force in each macro step, (steps, contacts, q).
+    modes
+        At the start of every MODES_EVERY-th macro step, (some, 2, modes).
+    """
+
+    ring: Ring
+    tables: Tables
+    grid: Grid
+    force: float
+    moments: FloatArray
+    modes: FloatArray
+
+
+def track_run(found: Found) -> TrackRun:
+    """Return what the modes of a march follow from."""
+    prepared, logs = found.prepared, found.logs
+    if prepared.system.ring is None:
         raise ValueError("a rigid rail has no modes")
-    step, theta = _places(found, times)
-    order = np.argsort(np.abs(ring.rates), kind="stable")
-    rates, seconds = ring.rates[order], prepared.grid.seconds
-    phases = tables.reads.shape[1]
-    at = [_sampled(rows_of(found, i), step, theta) for i in range(len(prepared.system.contacts))]
-    decay = tables.decay[RE] + 1j * tables.decay[IM]
-    values = legendre.legvander(2.0 * theta - 1.0, prepared.method.nodes - 1)
-    steep = _legendre_slopes(theta, prepared.method.nodes)
-    amplitudes, forced, forced_rate = np.empty((3, len(times), len(rates)), dtype=complex)
-    starts = _mode_starts(found, np.unique(step))
-    for one, begins in starts.items():
+    return TrackRun(
+        prepared.system.ring, prepared.tables, prepared.grid, prepared.units.force, logs.moments, logs.modes
+    )  # fmt: skip
+
+
+def modes(found: Found, times: FloatArray, bends: bool = True, starts: Starts | None = None) -> Modes:
+    """Return the track's modes at some times, s; without `bends` there is no `forced_rate`.
+
+    `starts` goes on from where it was left by the call before.
+    """
+    run, (step, theta) = track_run(found), _places(found, times)
+    starts = Starts(run) if starts is None else starts
+    return modes_under(run, step, theta, _sampled_contacts(found, step, theta), starts, bends)
+
+
+def modes_under(
+    run: TrackRun, step: IntArray, theta: FloatArray, at: list[At], starts: Starts, bends: bool = True
+) -> Modes:
+    """Return a track's modes at parts θ of macro steps, where the forces on it and their moments are `at`."""
+    tables, ring, seconds, nodes = run.tables, run.ring, run.grid.seconds, run.moments.shape[2]
+    back = np.argsort(np.argsort(np.abs(ring.rates), kind="stable"))
+    places, place = np.unique(theta, return_inverse=True)  # many steps have the same nodes
+    grown = np.exp(np.multiply.outer(places * seconds, ring.rates))
+    undone = 1.0 / (tables.decay[RE] + 1j * tables.decay[IM])
+    values = legendre.legvander(2.0 * theta - 1.0, nodes - 1)
+    steep = _legendre_slopes(theta, nodes)
+    factors = [
+        np.stack([
+            one.moments, values * one.force[:, None] / seconds,
+            (steep * one.force[:, None] + values * one.rate[:, None]) / seconds**2,
+        ][: 3 if bends else 2])
+        for one in at
+    ]  # fmt: skip
+    out = np.empty((3 if bends else 2, len(step), len(ring.rates)), dtype=complex)
+    for one in np.unique(step).tolist():
         some = np.flatnonzero(step == one)
-        held = np.broadcast_to(begins, (len(some), len(rates))).copy()
-        pressed, changing = np.zeros_like(held), np.zeros_like(held)
-        grown = np.exp(np.multiply.outer(theta[some] * seconds, rates))
-        for i, sample in enumerate(at):
-            takes = _taken(found, one, i) / decay  # (q, modes)
-            held += sample.moments[some] @ takes
-            here = values[some] * sample.force[some, None]
-            pressed += here @ takes / seconds
-            there = steep[some] * sample.force[some, None] + values[some] * sample.rate[some, None]
-            changing += there @ takes / seconds**2
-        amplitudes[some] = held * grown
-        forced[some] = pressed * grown
-        forced_rate[some] = (changing + rates * pressed) * grown
-    back = np.argsort(order)
-    bay = tables.bay[0] + (tables.phase[0] + step) // phases
-    if prepared.grid.stride == 0.0:
-        bay = np.full_like(step, tables.bay[0])
-    return Modes(amplitudes[:, back], forced[:, back], forced_rate[:, back], bay)
+        begins, takes = starts.at(one), [_taken(run, one, i) for i in range(len(at))]
+        held = np.zeros((len(out), len(some), len(begins)), dtype=complex)
+        held[0] = begins
+        for factor, taken in zip(factors, takes, strict=True):
+            held += real_times(factor[:, some], taken * undone)
+        held = held[:, :, back]
+        starts.go_on(takes)
+        if bends:
+            held[2] += ring.rates * held[1]
+        out[:, some] = held * grown[place[some]]
+    force, force_rate = (np.stack([getattr(one, name) for one in at], axis=1) for name in ("force", "rate"))
+    bend = out[-1] if bends else out[0, :0]
+    by_time = run.force / seconds
+    return Modes(out[0], out[1], bend, _first_bay(run, step), force * run.force, force_rate * by_time)
 
 
-def _taken(found: Found, step: int, contact: int) -> ComplexArray:
+def _taken(run: TrackRun, step: int, contact: int) -> ComplexArray:
     """Return what the moments of a contact's force in a macro step do to the modes at its end, (q, modes)."""
-    tables = found.prepared.tables
+    tables = run.tables
     wheels, phases = len(tables.sets), tables.reads.shape[1]
     if contact >= wheels:
         rows = tables.fixed_writes[contact - wheels]
-        return np.asarray(rows[:, RE] + 1j * rows[:, IM])
+        return _complex(rows)
     rows = tables.writes[tables.sets[contact], (tables.phase[contact] + step) % phases]
-    turn = tables.turns[_bays_ahead(found, step, contact)]
-    return np.asarray((rows[:, RE] + 1j * rows[:, IM]) * (turn[RE] - 1j * turn[IM]))
+    ahead = _bays_ahead(run, step, contact)
+    taken = _complex(rows)
+    return taken if ahead == 0 else taken * (tables.turns[ahead, RE] - 1j * tables.turns[ahead, IM])
 
 
 def _legendre_slopes(theta: FloatArray, count: int) -> FloatArray:
@@ -338,47 +432,65 @@ def _legendre_slopes(theta: FloatArray, count: int) -> FloatArray:
     return np.asarray(legendre.legvander(2.0 * theta - 1.0, count - 1) @ _derivatives(count).T)
 
 
+@cache
 def _derivatives(count: int) -> FloatArray:
     """Return the coefficients of the derivatives of P_l(2θ - 1) by θ, (l, degree)."""
     return 2.0 * np.stack([np.append(legendre.legder(one), 0.0)[:count] for one in np.eye(count)])
 
 
-def _bays_ahead(found: Found, step: int, contact: int) -> int:
+def _first_bay(run: TrackRun, step: IntArray) -> IntArray:
+    """Return the bay of the first contact, from which amplitudes are seen."""
+    tables = run.tables
+    moved = step * (run.grid.stride != 0.0)
+    return np.asarray(tables.bay[0] + (tables.phase[0] + moved) // tables.reads.shape[1])
+
+
+def _bays_ahead(run: TrackRun, step: int, contact: int) -> int:
     """Return how many bays a contact is ahead of the first one, of those of the ring."""
-    tables = found.prepared.tables
+    tables = run.tables
     phases = tables.reads.shape[1]
     own, first = (tables.bay[i] + (tables.phase[i] + step) // phases for i in (contact, 0))
     return int((own - first) % tables.turns.shape[0])
 
 
-def _mode_starts(found: Found, wanted: IntArray) -> dict[int, ComplexArray]:
-    """Return the modes at the start of some macro steps, from the logged states and moments."""
-    prepared, logs = found.prepared, found.logs
-    contacts, q = logs.moments.shape[1:]
-    count = logs.modes.shape[2]
-    line, cube = np.zeros((1, 1)), np.zeros((1, 1, 1))
-    stage = Stage(
-        cube, cube, np.zeros((1, 2), np.int64), line, line, line, line, cube, line, np.zeros((contacts, q)),
-        np.zeros((2, count)),
-    )  # fmt: skip
-    out: dict[int, ComplexArray] = {}
-    motion, reached = _motion_of(logs.modes[0], prepared, contacts), 0
-    for step in wanted.tolist():
-        checkpoint = step // MODES_EVERY
-        if checkpoint * MODES_EVERY > reached:
-            reached = checkpoint * MODES_EVERY
-            motion = _motion_of(logs.modes[checkpoint], prepared, contacts)
-        write_kernel(reached, step, prepared.tables, motion, stage, logs.moments)
-        reached = step
-        out[step] = motion.modes[RE] + 1j * motion.modes[IM]
+def _complex(rows: FloatArray) -> ComplexArray:
+    """Return rows (q, 2, modes) as complex numbers of double precision."""
+    out = np.empty((len(rows), rows.shape[2]), dtype=complex)
+    out.real, out.imag = rows[:, RE], rows[:, IM]
     return out
 
 
-def _motion_of(modes_then: FloatArray, prepared: Prepared, contacts: int) -> Motion:
-    """Return a state of the modes alone."""
-    states = len(prepared.tables.bodies_step)
-    one = np.zeros((1, 1))
-    return Motion(modes_then.copy(), np.zeros(states), np.zeros((contacts, 1)), one, one, one)
+class Starts:
+    """The modes at the start of macro steps, from the logged states and moments; rising steps go on from each other."""
+
+    def __init__(self, run: TrackRun) -> None:
+        self.run, self.reached = run, -1
+        self.held = np.empty(0, dtype=complex)
+
+    def at(self, step: int) -> ComplexArray:
+        """Return the modes at the start of a macro step, as the tables have them."""
+        run, checkpoint = self.run, step // MODES_EVERY
+        if not checkpoint * MODES_EVERY <= self.reached <= step:
+            self.reached = checkpoint * MODES_EVERY
+            self.held = run.modes[checkpoint, RE] + 1j * run.modes[checkpoint, IM]
+        return self.go_to(step)
+
+    def go_to(self, step: int) -> ComplexArray:
+        """Return the modes at the start of a later macro step, going on from where they are."""
+        while self.reached < step:
+            self.go_on([_taken(self.run, self.reached, i) for i in range(self.run.moments.shape[1])])
+        return self.held
+
+    def go_on(self, takes: list[ComplexArray]) -> None:
+        """Move on by a macro step, in which moments do to the modes what `_taken` says."""
+        tables, step = self.run.tables, self.reached
+        self.held = self.held * (tables.decay[RE] + 1j * tables.decay[IM])
+        for moments, taken in zip(self.run.moments[step], takes, strict=True):
+            self.held += real_times(moments[None], taken)[0]
+        if np.diff(_first_bay(self.run, np.array([step, step + 1])))[0]:
+            turn = tables.turns[1 % len(tables.turns)]
+            self.held *= turn[RE] + 1j * turn[IM]
+        self.reached = step + 1
 
 
 # -- the path ---------------------------------------------------------------------------------------------------------
@@ -386,13 +498,30 @@ def _motion_of(modes_then: FloatArray, prepared: Prepared, contacts: int) -> Mot
 
 def path_heights(contact: Contact, x: FloatArray) -> FloatArray:
     """Return the height of a contact's path, m, at places of its own table."""
-    rows, from_centre = _pieces_at(contact, x)
-    xi = from_centre / rows[:, contract.SCALE]
-    out = np.zeros_like(x)
-    for k in range(contract.TERMS - 1, -1, -1):
-        out = out * xi + np.where(k <= rows[:, contract.DEGREE], rows[:, contract.COEFFICIENT + k], 0.0)
-    wave = rows[:, contract.WAVENUMBER] * from_centre
-    return np.asarray(out + rows[:, contract.SINE] * np.sin(wave) + rows[:, contract.COSINE] * np.cos(wave))
+    piece, from_centre = _piece_at(contact, x)
+    columns = contact.pieces.T
+    xi, out = from_centre / columns[contract.SCALE][piece], np.zeros_like(x)
+    for k in range(int(columns[contract.DEGREE].max()), -1, -1):
+        out = out * xi + np.where(k <= columns[contract.DEGREE], columns[contract.COEFFICIENT + k], 0.0)[piece]
+    sine, cosine = columns[contract.SINE], columns[contract.COSINE]
+    if sine.any() or cosine.any():
+        wave = columns[contract.WAVENUMBER][piece] * from_centre
+        out += sine[piece] * np.sin(wave) + cosine[piece] * np.cos(wave)
+    return out
+
+
+def surface_along(contact: Contact, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return what earlier wheels have left, and what the surface bears, m, at places of a yielding contact's table."""
+    piece, from_centre = _piece_at(contact, x)
+    columns = contact.pieces.T
+    xi = from_centre / columns[contract.SCALE][piece]
+    left, bears = np.zeros((2, len(x)))
+    for out, degree, first in (
+        (left, contract.RESIDUAL_DEGREE, contract.RESIDUAL), (bears, contract.BEARS_DEGREE, contract.BEARS),
+    ):  # fmt: skip
+        for k in range(int(columns[degree].max()), -1, -1):
+            out[:] = out * xi + columns[first + k][piece]
+    return left, bears
 
 
 def path_slopes(contact: Contact, x: FloatArray) -> FloatArray:
@@ -410,10 +539,15 @@ def path_slopes(contact: Contact, x: FloatArray) -> FloatArray:
 
 def _pieces_at(contact: Contact, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the pieces of a path at places of its own table, and how far their centres lie back."""
+    piece, from_centre = _piece_at(contact, x)
+    return contact.pieces[piece], from_centre
+
+
+def _piece_at(contact: Contact, x: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the numbers of these pieces instead."""
     pieces = contact.pieces
     if contact.loop < len(pieces):
         begin, end = pieces[contact.loop, contract.START], pieces[-1, contract.STOP]
         x = np.where(x >= end, begin + np.mod(x - begin, end - begin), x)
     piece = np.clip(np.searchsorted(pieces[:, contract.START], x, side="right") - 1, 0, len(pieces) - 1)
-    rows = pieces[piece]
-    return rows, x - rows[..., contract.CENTRE]
+    return piece, x - pieces[piece, contract.CENTRE]

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from wheeltapper.march.general import layout, local, paths
+from wheeltapper.march.general import borders, layout, local, paths
 from wheeltapper.march.general.careful import FORESEEN, RECENT, SNAP, foresee_loss, log_row
+from wheeltapper.march.general.laws.switch import LAW_PULLS
 from wheeltapper.march.general.layout import IMPACT_AT, LOSS_AT
 from wheeltapper.march.general.records import Nodes, Room, Site
-from wheeltapper.march.kernel import inlined_kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
 FROM_GAP, CONTINUED, ONCE_MORE = range(3)
-"""What a solve begins with: the gap without the new force, the last solution continued, or a solution of its own."""
+"""What a solve begins with: the force that there is, the last solution continued, or a solution of its own."""
 CLEARANCE = 0.02
 """Smallest indentation at a node, over the range of all of them, at which none can vanish between two nodes."""
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def may_be_smooth(site: Site) -> bool:
     """Return True for a contact without a break of its path, a recent impact or a foreseen loss in this macro step."""
     place = site.place
@@ -28,7 +29,7 @@ def may_be_smooth(site: Site) -> bool:
     return paths.piece_stop(site.pieces, place, site.x0, site.stride) >= 1.0 - SNAP
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin: int, guess: FloatArray, settings: FloatArray, site: Site, room: Room, rows: FloatArray, counts: IntArray) -> bool:  # fmt: skip  # noqa: E501
     """Solve one contact over a macro step; return False where that is not exact enough.
 
@@ -38,13 +39,13 @@ def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin:
     q = len(macro.places)
     place = site.place
     paths.heights(site.pieces, place, site.x0, site.stride, site.lift, q, macro.places, room.height, room.factor)
+    paths.surfaces(site.pieces, place, site.x0, site.stride, site.lift, q, macro.places, room.left, room.factor)
     for k in range(q):
         total = room.height[k]
         for m in range(q):
             total += macro.values[k, m] * site.c[m]
         room.d[k] = total
         room.r[k] = r[k]
-        room.delta[k] = room.d[k]
         if begin == ONCE_MORE:
             room.delta[k] = guess[k]
         elif begin == CONTINUED:
@@ -54,9 +55,10 @@ def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin:
         room.pace[k] = 1.0
         for m in range(q):
             room.K[k, m] = G[k, m]
-    if not local.newton(
-        q, macro, site.law, site.table, place[layout.BEGAN], site.seconds, settings[layout.NEWTON_LIMIT], room
-    ):
+    if begin == FROM_GAP:
+        gap, steepness = local.gap_at(0.0, q, site.c, site)
+        local.continue_force(q, gap, steepness, site, room)
+    if not local.newton(q, macro, settings[layout.NEWTON_LIMIT], site, room):
         return False
     least, most = np.inf, -np.inf
     end, slope, bend = 0.0, 0.0, 0.0
@@ -67,20 +69,26 @@ def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin:
         slope += macro.end_slope[k] * delta
         bend += macro.end_bend[k] * delta
     least, most = min(least, end), max(most, end)
-    if local.would_pull(macro, site.law, site.table, room):
+    if local.would_pull(macro, site.law, room):
         return False
-    if least <= CLEARANCE * (most - least) or local.tail_of(macro, room.N) > settings[layout.TAIL_LIMIT]:
+    if borders.near(macro, macro.places, CLEARANCE, site, room):
         return False
-    loss = 1.0 + foresee_loss(end, slope, bend)
-    if loss < 1.0 + FORESEEN:
-        place[LOSS_AT] = loss
+    if local.tail_of(macro, room.N) > settings[layout.TAIL_LIMIT]:
         return False
+    if site.law[LAW_PULLS] == 0.0:
+        if least <= CLEARANCE * (most - least):
+            return False
+        loss = 1.0 + foresee_loss(end, slope, bend)
+        if loss < 1.0 + FORESEEN:
+            place[LOSS_AT] = loss
+            return False
     for m in range(q):
         total = 0.0
         for k in range(q):
             total += macro.weights[k] * room.N[k] * macro.values[k, m]
         room.moments[m] = total
-    place[layout.BEGAN] = local.end_indentation(q, macro, place[layout.BEGAN], site.seconds, room)
+    place[layout.JOINED] = 0.0
+    place[layout.BEGAN] = local.end_indentation(q, macro, place, room)
     for k in range(q):
         guess[k] = room.delta[k]
     log_row(step, i, 0.0, 1.0, layout.EVENLY, 0.0, 1.0, 0.0, 1.0, q, room.N, rows, counts)

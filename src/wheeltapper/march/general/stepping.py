@@ -15,14 +15,15 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
-from wheeltapper.march.general.borrowing import borrowed_record
-from wheeltapper.march.general.careful import EVENTS_NOW, ROWS_NOW, careful
+from wheeltapper.march.general.algebra import copy
+from wheeltapper.march.general.careful import EVENTS_NOW, ROWS_NOW
+from wheeltapper.march.general.eventful import eventful_at
 from wheeltapper.march.general.layout import BEGIN, IM, IMPACT_AT, LOSS_AT, RE
 from wheeltapper.march.general.maxima import follow_row
 from wheeltapper.march.general.modal import add_turned_back, read_modes, turn, turned, write_modes
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Site, Stage, Tables
 from wheeltapper.march.general.smooth import CONTINUED, FROM_GAP, ONCE_MORE, may_be_smooth, smooth
-from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 MOST_SWEEPS = 12
@@ -32,7 +33,7 @@ MODES_EVERY = 64
 """Macro steps between two logged states of the modes."""
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _read(step: int, i: int, tables: Tables, motion: Motion, stage: Stage) -> None:
     """Write the free motion of a contact's gap."""
     c = stage.free[i]
@@ -57,7 +58,7 @@ def _read(step: int, i: int, tables: Tables, motion: Motion, stage: Stage) -> No
         read_modes(rows, tables.first, stage.modes[RE], stage.modes[IM], c)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def bays_ahead(step: int, i: int, tables: Tables) -> int:
     """Return how many bays a contact is ahead of the first one."""
     phases = tables.reads.shape[1]
@@ -66,21 +67,27 @@ def bays_ahead(step: int, i: int, tables: Tables) -> int:
     return (own - first) % tables.turns.shape[0]
 
 
-@inlined_kernel
-def write_step(step: int, tables: Tables, motion: Motion, stage: Stage, spare: FloatArray) -> None:
-    """Move modes and bodies over the macro step."""
-    contacts = len(motion.contacts)
-    states = len(motion.bodies)
+@inlined_uncounted_kernel
+def step_bodies(through: FloatArray, write: FloatArray, moments: FloatArray, bodies: FloatArray, spare: FloatArray) -> None:  # fmt: skip  # noqa: E501
+    """Move the bodies over a macro step, by their matrix and what they take of each contact's moments."""
+    states = len(bodies)
     for s in range(states):
         total = 0.0
         for j in range(states):
-            total += tables.bodies_step[s, j] * motion.bodies[j]
+            total += through[s, j] * bodies[j]
         spare[s] = total
-    for i in range(contacts):
-        for m in range(stage.moments.shape[1]):
+    for i in range(len(moments)):
+        for m in range(moments.shape[1]):
             for s in range(states):
-                spare[s] += stage.moments[i, m] * tables.bodies_write[i, m, s]
-    motion.bodies[:] = spare[:states]
+                spare[s] += moments[i, m] * write[i, m, s]
+    copy(spare[:states], bodies)
+
+
+@inlined_uncounted_kernel
+def write_step(step: int, tables: Tables, motion: Motion, stage: Stage, spare: FloatArray) -> None:
+    """Move modes and bodies over the macro step."""
+    contacts = len(motion.contacts)
+    step_bodies(tables.bodies_step, tables.bodies_write, stage.moments, motion.bodies, spare)
     if motion.modes.shape[1] == 0:
         return
     phases = tables.reads.shape[1]
@@ -101,16 +108,7 @@ def write_step(step: int, tables: Tables, motion: Motion, stage: Stage, spare: F
         turn(tables.turns[1 % tables.turns.shape[0]], re, im)
 
 
-@kernel
-def write_kernel(first: int, last: int, tables: Tables, motion: Motion, stage: Stage, moments: FloatArray) -> None:
-    """Move modes and bodies from one macro step to another, by the logged moments."""
-    spare = np.zeros(max(32, len(motion.bodies)))
-    for step in range(first, last):
-        stage.moments[:] = moments[step]
-        write_step(step, tables, motion, stage, spare)
-
-
-@inlined_kernel
+@inlined_uncounted_kernel
 def _expect(i: int, data: Data, motion: Motion, stage: Stage) -> None:
     """Write what the others will feel of a contact whose force goes on as it went."""
     q = len(data.macro.places)
@@ -122,7 +120,7 @@ def _expect(i: int, data: Data, motion: Motion, stage: Stage) -> None:
             stage.shares[i, k, m] = data.macro.integrals[k, m] * force
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _feel(i: int, p: int, tables: Tables, stage: Stage) -> float:
     """Write what a contact feels of the others, and its c; return the largest change."""
     q = stage.felt.shape[1]
@@ -138,12 +136,12 @@ def _feel(i: int, p: int, tables: Tables, stage: Stage) -> float:
     return change
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _solve(step: int, i: int, p: int, begin: int, shared: bool, tables: Tables, data: Data, motion: Motion, stage: Stage, room: Room) -> int:  # fmt: skip  # noqa: E501
     """Solve one contact over the macro step, from its state at the step's start; return a status."""
     q = len(data.macro.places)
     place = motion.contacts[i]
-    place[:] = stage.before[i]
+    copy(stage.before[i], place)
     counts = stage.counts[i]
     counts[:] = 0
     c = stage.c[i]
@@ -171,9 +169,9 @@ def _solve(step: int, i: int, p: int, begin: int, shared: bool, tables: Tables, 
                 for m in range(q):
                     stage.shares[i, k, m] = data.macro.integrals[k, m] * room.N[m]
     else:
-        status = careful(
-            step, i, data.part, data.macro, shared, data.places, data.matrix, data.settings, site, room, stage.rows[i],
-            stage.events[i], counts, stage.sums,
+        status = eventful_at(
+            data.careful, step, i, data.part, data.macro, shared, data.places, data.matrix, data.settings, site, room,
+            stage.rows[i], stage.events[i], counts, stage.sums,
         )  # fmt: skip
         if status != contract.RUNNING:
             return status
@@ -191,12 +189,12 @@ def _solve(step: int, i: int, p: int, begin: int, shared: bool, tables: Tables, 
     return contract.RUNNING
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def solve_contacts(step: int, p: int, tables: Tables, data: Data, motion: Motion, stage: Stage, room: Room) -> int:
     """Solve all contacts over a macro step from their free motions in `stage.free`; return a status."""
     contacts = len(motion.contacts)
     shared = contacts > 1
-    stage.before[:] = motion.contacts
+    copy(motion.contacts, stage.before)
     if shared:
         for i in range(contacts):
             stage.felt[i] = 0.0
@@ -223,13 +221,13 @@ def solve_contacts(step: int, p: int, tables: Tables, data: Data, motion: Motion
     return layout.UNSOLVED
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def commit(step: int, i: int, data: Data, motion: Motion, stage: Stage, logs: Logs, room: Room) -> None:
     """Log a contact's macro step, and go on to the next one."""
     used = logs.used
     counts = stage.counts[i]
     for row in range(counts[ROWS_NOW]):
-        logs.rows[used[layout.LOGGED_ROWS]] = stage.rows[i, row]
+        copy(stage.rows[i, row], logs.rows[used[layout.LOGGED_ROWS]])
         used[layout.LOGGED_ROWS] += 1
         nodes = data.macro
         if stage.rows[i, row, layout.ROW_NODES] != len(data.macro.places):
@@ -239,21 +237,15 @@ def commit(step: int, i: int, data: Data, motion: Motion, stage: Stage, logs: Lo
             used[layout.LOGGED_PEAKS], room,
         )  # fmt: skip
     for row in range(counts[EVENTS_NOW]):
-        logs.events[used[layout.LOGGED_EVENTS]] = stage.events[i, row]
+        copy(stage.events[i, row], logs.events[used[layout.LOGGED_EVENTS]])
         used[layout.LOGGED_EVENTS] += 1
     motion.contacts[i, IMPACT_AT] -= 1.0
     motion.contacts[i, LOSS_AT] -= 1.0
 
 
-@kernel
+@uncounted_kernel
 def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Motion, stage: Stage, logs: Logs, room: Room) -> int:  # fmt: skip  # noqa: E501
     """March some macro steps; return a status, FULL where a log is full. `logs.used` tells how far it came."""
-    tables = borrowed_record(tables)
-    data = borrowed_record(data)
-    motion = borrowed_record(motion)
-    stage = borrowed_record(stage)
-    logs = borrowed_record(logs)
-    room = borrowed_record(room)
     contacts = len(motion.contacts)
     phases = tables.matrices.shape[1]
     used = logs.used
@@ -270,8 +262,8 @@ def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Moti
         p = step % phases
         begun = step - first
         if step % MODES_EVERY == 0:
-            logs.modes[step // MODES_EVERY - (first + MODES_EVERY - 1) // MODES_EVERY] = motion.modes
-        logs.bodies[begun] = motion.bodies
+            copy(motion.modes, logs.modes[step // MODES_EVERY - (first + MODES_EVERY - 1) // MODES_EVERY])
+        copy(motion.bodies, logs.bodies[begun])
         for i in range(contacts):
             _read(step, i, tables, motion, stage)
         status = solve_contacts(step, p, tables, data, motion, stage, room)

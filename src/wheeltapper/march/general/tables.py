@@ -6,8 +6,10 @@ share their tables of modes. Units of length and force make the tables' numbers 
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Callable
 from math import ceil
+from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,23 +51,27 @@ MOST_PHASES = 12_000
 """Places in a bay; with 337 modes their tables take some 2 GB while they are made."""
 FEW_MODES = 32
 """So few gain nothing from single precision."""
+KEPT_BYTES = 2**27
+"""Memory for tables of tracks that are kept for the next march."""
 DEEPER_SEARCH = 1.15
 """Steps may be shorter by this factor for the sake of shared tables."""
 
 
-def longest_step(ring: Ring | None, method: Method) -> float:
-    """Return the longest macro step, s, over which the nodes resolve the fastest mode.
+def longest_step(ring: Ring | None, method: Method, bodies: Bodies | None = None) -> float:
+    """Return the longest macro step, s, over which the nodes resolve the fastest mode of a track, and of bodies on it.
 
     For |λ|·H = π/2·(q - 6) the error of q nodes is some 1e-6 in that mode alone.
     """
     fastest = np.abs(ring.rates).max(initial=0.0) if ring is not None else 0.0
+    if bodies is not None:
+        fastest = max(fastest, np.abs(np.linalg.eigvals(states_of(bodies).A)).max())
     return min(method.step, 1.001 * 0.5 * np.pi * (method.nodes - 6) / max(fastest, 1e-300))
 
 
 def grid_of(system: System, method: Method, duration: float = np.inf) -> Grid:
     """Choose the macro steps; of a ring with seats of its own all around, rows for a duration, s, are enough."""
     places = np.array([contact.position for contact in system.wheels])
-    seconds = longest_step(system.ring, method)
+    seconds = longest_step(system.ring, method, system.bodies)
     if system.ring is None:
         none = np.zeros(len(places))
         return Grid(seconds, system.speed * seconds, 1, none.astype(np.int64), none, 0, 1)
@@ -122,27 +128,52 @@ def exponentials(matrix: FloatArray, factors: FloatArray) -> FloatArray:
 
 
 class States(NamedTuple):
-    """Bodies in first order: x' = A·x - B·N, indentation S·x; the last state is 1 and carries the loads."""
+    """Bodies in first order: x' = A·x - B·N, indentation S·x.
+
+    States are the displacements of all freedoms, the velocities of those with mass, and 1, which carries the loads.
+    """
 
     A: FloatArray
     B: FloatArray
     S: FloatArray
 
 
+class Equations(NamedTuple):
+    """E·x' = F·x - G·N, linear in the bodies' matrices."""
+
+    E: FloatArray
+    F: FloatArray
+    G: FloatArray
+
+
+def heavy_of(bodies: Bodies) -> IntArray:
+    """Return the freedoms that have mass."""
+    return np.flatnonzero(bodies.mass.any(axis=1))
+
+
+def equations_of(bodies: Bodies, heavy: IntArray, unit: float = 1.0) -> Equations:
+    """Return the equations of bodies of which some freedoms are `heavy`; `unit` is 0 for those of a derivative."""
+    count, contacts = bodies.shapes.shape
+    light = np.setdiff1d(np.arange(count), heavy)
+    size = count + len(heavy) + 1
+    fast = count + np.arange(len(heavy))  # states that are velocities
+    E, F, G = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, contacts))
+    E[heavy, heavy] = E[-1, -1] = F[heavy, fast] = unit
+    for rows, of in ((light, light), (fast, heavy)):  # balances of forces
+        E[np.ix_(rows, light)] = bodies.damping[np.ix_(of, light)]
+        F[rows, :count] = -bodies.stiffness[of]
+        F[np.ix_(rows, fast)] = -bodies.damping[np.ix_(of, heavy)]
+        F[rows, -1], G[rows] = bodies.load[of], bodies.shapes[of]
+    E[np.ix_(fast, fast)] = bodies.mass[np.ix_(heavy, heavy)]
+    return Equations(E, F, G)
+
+
 def states_of(bodies: Bodies) -> States:
     """Return bodies as a system of first order."""
-    count = len(bodies.mass)
-    inverse = np.linalg.inv(bodies.mass)
-    A = np.zeros((2 * count + 1, 2 * count + 1))
-    A[:count, count:-1] = np.eye(count)
-    A[count:-1, :count] = -inverse @ bodies.stiffness
-    A[count:-1, count:-1] = -inverse @ bodies.damping
-    A[count:-1, -1] = inverse @ bodies.load
-    contacts = bodies.shapes.shape[1]
-    B, S = np.zeros((2 * count + 1, contacts)), np.zeros((contacts, 2 * count + 1))
-    B[count:-1] = inverse @ bodies.shapes
-    S[:, :count] = bodies.shapes.T
-    return States(A, B, S)
+    E, F, G = equations_of(bodies, heavy_of(bodies))
+    S = np.zeros((bodies.shapes.shape[1], len(E)))
+    S[:, : len(bodies.mass)] = bodies.shapes.T
+    return States(np.asarray(np.linalg.solve(E, F)), np.asarray(np.linalg.solve(E, G)), S)
 
 
 def shapes_at(ring: Ring, shapes: ComplexArray, inside: FloatArray) -> ComplexArray:
@@ -283,11 +314,46 @@ class BodyTables(NamedTuple):
     answers: FloatArray
 
 
+_kept: OrderedDict[tuple[Any, ...], tuple[Ring | None, TrackTables]] = OrderedDict()
+_kept_lock = Lock()
+
+
 def track_tables(system: System, method: Method, units: Units, duration: float = np.inf) -> TrackTables:
-    """Return the tables of a system's track for its speed and the places of its contacts, enough for a duration, s."""
+    """Return the tables of a system's track for its speed and the places of its contacts, enough for a duration, s.
+
+    Those that were made last are kept: many marches go over one track at one speed.
+    """
+    grid = grid_of(system, method, duration)
+    content = (*grid, *(part for port in system.ports for part in port))
+    key = id(system.ring), method, units, tuple(np.asarray(part).tobytes() for part in content)
+    with _kept_lock:
+        if key in _kept:
+            _kept.move_to_end(key)
+            return _kept[key][1]
+    made = _made_tables(system, method, units, grid)
+    size = _size_of(made)
+    with _kept_lock:
+        if size <= KEPT_BYTES:
+            _kept[key] = system.ring, made  # with the ring, so that no other one gets its identity
+        while sum(_size_of(tables) for _, tables in _kept.values()) > KEPT_BYTES:
+            _kept.popitem(last=False)
+    return made
+
+
+def _size_of(tables: TrackTables) -> int:
+    """Return the size of tables in memory, bytes."""
+    return sum(part.nbytes for part in (*tables.modal, tables.residual, tables.answers))
+
+
+def forget_tables() -> None:
+    """Give up all tables that are kept."""
+    with _kept_lock:
+        _kept.clear()
+
+
+def _made_tables(system: System, method: Method, units: Units, grid: Grid) -> TrackTables:
     nodes = gauss_nodes(method.nodes)
     q, contacts = method.nodes, len(system.contacts)
-    grid = grid_of(system, method, duration)
     sets = parts_of(grid)[1]
     g = np.zeros((contacts, contacts, grid.rows, q, q))
     residual = np.zeros((contacts, grid.rows, q))

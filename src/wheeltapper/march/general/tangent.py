@@ -20,14 +20,13 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout, local, modal, paths
-from wheeltapper.march.general.algebra import factorise, solve_factorised
-from wheeltapper.march.general.borrowing import borrowed_record
+from wheeltapper.march.general.algebra import copy, factorise, solve_factorised
 from wheeltapper.march.general.careful import EVENTS_NOW, ROWS_NOW, SNAP, share_part
 from wheeltapper.march.general.laws.switch import LAW_RATED, forces
 from wheeltapper.march.general.layout import BEGIN, EVENLY, IM, RE
 from wheeltapper.march.general.records import Data, Logs, Motion, Nodes, Room, Site, Stage, Tables
 from wheeltapper.march.general.stepping import bays_ahead, write_step
-from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
 AT_PART_END = 4e-8
@@ -205,8 +204,8 @@ class Carried(NamedTuple):
         As in `Stage`, (directions + 1, contacts, q, q) and (q, q); the last is that of the forces themselves.
     modes
         Scratch memory, (directions, 2, modes).
-    spare, gap
-        (states,) and (q,).
+    spare
+        (states,).
     """
 
     free: FloatArray
@@ -218,7 +217,6 @@ class Carried(NamedTuple):
     sums: FloatArray
     modes: FloatArray
     spare: FloatArray
-    gap: FloatArray
 
 
 class Told(NamedTuple):
@@ -248,7 +246,7 @@ class Told(NamedTuple):
 # -- the path ---------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@uncounted_kernel
 def path_bend(pieces: FloatArray, place: FloatArray, x0: float, stride: float, lift: float, theta: float) -> float:
     """Return the second derivative of the path's height by θ, times `lift`."""
     piece = int(place[layout.PIECE_NOW])
@@ -264,7 +262,7 @@ def path_bend(pieces: FloatArray, place: FloatArray, x0: float, stride: float, l
     return lift * stride * stride * (total * scale * scale - number * number * wave)
 
 
-@kernel
+@uncounted_kernel
 def path_turn(pieces: FloatArray, bent: FloatArray, shifted: float, place: FloatArray, x0: float, stride: float, lift: float, theta: float) -> tuple[float, float]:  # fmt: skip  # noqa: E501
     """Return the derivatives of the path's height, times `lift`, and of its slope by θ, at a part θ."""
     piece = int(place[layout.PIECE_NOW])
@@ -299,7 +297,7 @@ def path_turn(pieces: FloatArray, bent: FloatArray, shifted: float, place: Float
     return value, slope
 
 
-@kernel
+@uncounted_kernel
 def factor_turn(pieces: FloatArray, bent: FloatArray, shifted: float, place: FloatArray, x0: float, stride: float, theta: float) -> float:  # fmt: skip  # noqa: E501
     """Return the derivative of the path's factor on the force, at a part θ."""
     piece = int(place[layout.PIECE_NOW])
@@ -314,7 +312,7 @@ def factor_turn(pieces: FloatArray, bent: FloatArray, shifted: float, place: Flo
     return total - slope * scale * shifted
 
 
-@kernel
+@uncounted_kernel
 def bend_at(theta: float, q: int, a: FloatArray) -> float:
     """Return the second derivative by θ of Σ a_l P_l(2θ - 1)."""
     z = 2.0 * theta - 1.0
@@ -333,7 +331,7 @@ def bend_at(theta: float, q: int, a: FloatArray) -> float:
     return 4.0 * total
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _turn_at(direction: int, theta: float, turns: Turns, shifts: FloatArray, site: Site) -> tuple[float, float]:
     """Return the derivatives of the path's height and slope along a direction; zero where it changes no path."""
     if turns.bent[direction] < 0:
@@ -344,7 +342,7 @@ def _turn_at(direction: int, theta: float, turns: Turns, shifts: FloatArray, sit
     )  # fmt: skip
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _answered(theta: float, q: int, kernel_turn: FloatArray, moments: FloatArray, out: FloatArray) -> tuple[float, float]:  # fmt: skip  # noqa: E501
     """Return P(θ)·ΔB·moments, and its derivative by θ."""
     for j in range(q):
@@ -358,7 +356,7 @@ def _answered(theta: float, q: int, kernel_turn: FloatArray, moments: FloatArray
 # -- posing the parts -------------------------------------------------------------------------------------------------
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _edge(n: int, nodes: Nodes, N: FloatArray, sign: float) -> float:
     """Return a force at the end (sign 1) or the start (-1) of its part."""
     total = 0.0
@@ -370,7 +368,7 @@ def _edge(n: int, nodes: Nodes, N: FloatArray, sign: float) -> float:
     return total
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _enter(i: int, k: int, theta: float, n: int, nodes: Nodes, row: FloatArray, turns: Turns, shifts: FloatArray, pressed: FloatArray, site: Site, posed: Posed, room: Room) -> bool:  # fmt: skip  # noqa: E501
     """Enter the pieces of the path that begin where part k does; return whether the path jumps there."""
     place, ends = site.place, site.ends
@@ -408,7 +406,7 @@ def _enter(i: int, k: int, theta: float, n: int, nodes: Nodes, row: FloatArray, 
     return jumps
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data: Data, logs: Logs, motion: Motion, state: Turned, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
     """Write the linearised problems of a contact's parts in a macro step."""
     q = len(data.macro.places)
@@ -494,12 +492,12 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
             for m in range(q):
                 room.moments[m] += share * room.P[j, m]
         if paced:
-            place[layout.BEGAN] = local.end_indentation(n, nodes, place[layout.BEGAN], site.seconds, room)
+            place[layout.BEGAN] = local.end_indentation(n, nodes, place, room)
     posed.counts[i, ROWS_NOW] = count
     posed.counts[i, EVENTS_NOW] = told
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _pose_part(part: Part, row: FloatArray, paced: bool, tables: Tables, turns: Turns, data: Data, shifts: FloatArray, site: Site, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
     """Write the linearised problem of one part; its forces are in `room.N`."""
     i, k, p, n, nodes, rated = part
@@ -534,12 +532,19 @@ def _pose_part(part: Part, row: FloatArray, paced: bool, tables: Tables, turns: 
     slopes = nodes.slopes
     smoothly = 0
     if paced:
-        forces(site.law, site.table, n, room.delta, room.rate, room.factor, room.F, room.slope, room.viscous)
+        forces(
+            site.law, site.table, site.place[layout.STRETCH_NOW], n, room.delta, room.rate, room.left, room.factor,
+            room.F, room.slope, room.viscous,
+        )  # fmt: skip
         if rated and 0.0 < local.lag(n, site.seconds, room) < local.SHORT_LAG:
             slopes = nodes.own_slopes
             smoothly = 1
+        site.place[layout.LAGS] = 1.0 - smoothly
         local.rates(n, slopes, site.place[layout.BEGAN], site.seconds, room)
-    forces(site.law, site.table, n, room.delta, room.rate, room.factor, room.F, room.slope, room.viscous)
+    forces(
+        site.law, site.table, site.place[layout.STRETCH_NOW], n, room.delta, room.rate, room.left, room.factor, room.F,
+        room.slope, room.viscous,
+    )  # fmt: skip
     local.jacobian(n, slopes, site.seconds, rated, room)
     factorise(room.J, n)
     posed.smoothly[i, k] = smoothly
@@ -553,14 +558,34 @@ def _pose_part(part: Part, row: FloatArray, paced: bool, tables: Tables, turns: 
         for b in range(n):
             posed.J[i, k, a, b] = room.J[a, b]
             posed.K[i, k, a, b] = room.K[a, b]
+    structured = False
+    for direction in range(len(turns.bent)):
+        structured = structured or turns.structured[direction] != 0
+    if structured:
+        _moments_at_nodes(n, q, nodes, room)
     for direction in range(len(turns.bent)):
         _pose_direction(direction, q, part, turns, shifts, site, posed, carried, room)
 
 
-@inlined_kernel
+@uncounted_kernel
+def _moments_at_nodes(n: int, q: int, nodes: Nodes, room: Room) -> None:
+    """Write the moments of the force up to each node of a part in `room.T`, (node, moment)."""
+    for a in range(n):
+        for m in range(q):
+            room.T[a, m] = room.moments[m]
+        for b in range(n):
+            share = nodes.integrals[a, b] * room.pace[b] * room.N[b]
+            for m in range(q):
+                room.T[a, m] += share * room.P[b, m]
+
+
+@inlined_uncounted_kernel
 def _pose_direction(direction: int, q: int, part: Part, turns: Turns, shifts: FloatArray, site: Site, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
-    """Write N_p and the right-hand side of one part along a direction, without what was before this macro step."""
-    i, k, p, n, nodes, rated = part
+    """Write N_p and the right-hand side of one part along a direction, without what was before this macro step.
+
+    `room.T` holds the moments at the nodes, if any direction changes the structure.
+    """
+    i, k, p, n, _, rated = part
     given, direct = posed.given[i, k, direction], posed.direct[i, k, direction]
     stronger = turns.laws[direction, i, LAW_CONSTANT]
     lossier = turns.laws[direction, i, LAW_LOSS]
@@ -606,22 +631,17 @@ def _pose_direction(direction: int, q: int, part: Part, turns: Turns, shifts: Fl
     kernel_turn = turns.kernels[direction, i, p % turns.kernels.shape[2]]
     residual_turn = turns.residual[direction, i, p % turns.residual.shape[2]]
     for a in range(n):
-        for m in range(q):
-            total = room.moments[m]
-            for b in range(n):
-                total += nodes.integrals[a, b] * room.pace[b] * room.N[b] * room.P[b, m]
-            carried.gap[m] = total
         for j in range(q):
             total = residual_turn[j] * room.N[a]
             for m in range(q):
-                total += kernel_turn[j, m] * carried.gap[m]
+                total += kernel_turn[j, m] * room.T[a, m]
             given[a] -= room.P[a, j] * total
 
 
 # -- carrying directions over the parts -------------------------------------------------------------------------------
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _carry(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: Data, logs: Logs, state: Turned, posed: Posed, carried: Carried, told: Told, room: Room) -> None:  # fmt: skip  # noqa: E501
     """Solve the parts of a contact along one direction, from its change of c; write moments, forces and events."""
     q = len(data.macro.places)
@@ -707,7 +727,7 @@ def _carry(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: D
     carried.began[direction, i] = began
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _write_shares(direction: int, i: int, data: Data, logs: Logs, posed: Posed, carried: Carried, room: Room) -> None:
     """Write what others feel of a contact's change of force, or behind the last direction of its force."""
     q = len(data.macro.places)
@@ -725,7 +745,7 @@ def _write_shares(direction: int, i: int, data: Data, logs: Logs, posed: Posed, 
                 room.moments[j] += posed.drop[i, k] * posed.moved[i, k, direction] * room.P[BEGIN, j]
         if n == 1:
             while node < q and data.macro.places[node] <= row[layout.ROW_TO]:
-                carried.sums[node, :q] = room.moments[:q]
+                copy(room.moments[:q], carried.sums[node])
                 node += 1
             continue
         nodes = data.macro
@@ -742,7 +762,7 @@ def _write_shares(direction: int, i: int, data: Data, logs: Logs, posed: Posed, 
             for j in range(q):
                 room.moments[j] += share * room.P[a, j]
     while node < q:
-        carried.sums[node, :q] = room.moments[:q]
+        copy(room.moments[:q], carried.sums[node])
         node += 1
     for k in range(q):
         for m in range(q):
@@ -752,13 +772,13 @@ def _write_shares(direction: int, i: int, data: Data, logs: Logs, posed: Posed, 
             out[k, m] = total
 
 
-@kernel
+@uncounted_kernel
 def _write_base_shares(last: int, i: int, data: Data, logs: Logs, posed: Posed, carried: Carried, room: Room) -> None:
     """Do as `_write_shares`, of the forces themselves."""
     _write_shares(last, i, data, logs, posed, carried, room)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _feel(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: Data, carried: Carried) -> tuple[float, float]:  # fmt: skip  # noqa: E501
     """Write what a contact feels of others along a direction, and its change of c; return the change and the size."""
     q = len(data.macro.places)
@@ -790,7 +810,7 @@ def _feel(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: Da
 # -- the structure ----------------------------------------------------------------------------------------------------
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _read_turned(step: int, i: int, tables: Tables, turns: Turns, motion: Motion, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
     """Write the change of a contact's free motion, along all directions."""
     phases = tables.reads.shape[1]
@@ -827,7 +847,7 @@ def _read_turned(step: int, i: int, tables: Tables, turns: Turns, motion: Motion
             modal.read_modes(turns.reads[which, tables.sets[i], at], tables.first, re, im, carried.free[direction, i])
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _write_bodies(direction: int, tables: Tables, turns: Turns, motion: Motion, moments: FloatArray, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
     """Move the change of the bodies over a macro step; `moments` are those of the forces, `motion` before it."""
     contacts, states, q = len(moments), len(motion.bodies), moments.shape[1]
@@ -850,7 +870,7 @@ def _write_bodies(direction: int, tables: Tables, turns: Turns, motion: Motion, 
         bodies[s] = spare[s]
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _write_turned(step: int, tables: Tables, turns: Turns, motion: Motion, moments: FloatArray, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
     """Move the change of modes over a macro step, along all directions."""
     phases, many = tables.reads.shape[1], len(state.modes)
@@ -885,16 +905,9 @@ def _write_turned(step: int, tables: Tables, turns: Turns, motion: Motion, momen
             modal.turn(tables.turns[1 % tables.turns.shape[0]], state.modes[direction, RE], state.modes[direction, IM])
 
 
-@kernel
+@uncounted_kernel
 def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion: Motion, stage: Stage, state: Turned, posed: Posed, carried: Carried, told: Told, room: Room) -> bool:  # fmt: skip  # noqa: E501
     """Carry some directions along a march from its start; return False where contacts do not settle with each other."""
-    tables, turns, data, logs = (
-        borrowed_record(tables), borrowed_record(turns), borrowed_record(data), borrowed_record(logs),
-    )  # fmt: skip
-    motion, stage, state = borrowed_record(motion), borrowed_record(stage), borrowed_record(state)
-    posed, carried, told, room = (
-        borrowed_record(posed), borrowed_record(carried), borrowed_record(told), borrowed_record(room),
-    )  # fmt: skip
     contacts, directions = len(motion.contacts), len(turns.bent)
     phases = tables.matrices.shape[1]
     marched = False
@@ -905,8 +918,8 @@ def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion:
     row, event = 0, 0
     for step in range(len(logs.moments)):
         p = step % phases
-        motion.bodies[:] = logs.bodies[step]
-        told.bodies[step] = state.bodies
+        copy(logs.bodies[step], motion.bodies)
+        copy(state.bodies, told.bodies[step])
         for i in range(contacts):
             first_row, first_event = row, event
             while row < len(logs.rows) and logs.rows[row, layout.ROW_STEP] == step and logs.rows[row, layout.ROW_CONTACT] == i:  # fmt: skip  # noqa: E501
@@ -946,7 +959,7 @@ def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion:
                 break
         if not settled:
             return False
-        state.began[:] = carried.began
+        copy(carried.began, state.began)
         for i in range(contacts):
             for k in range(posed.counts[i, ROWS_NOW]):
                 at = posed.rows[i, k]
@@ -961,7 +974,7 @@ def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion:
         if motion.modes.shape[1] > 0:
             _write_turned(step, tables, turns, motion, logs.moments[step], state, carried)
         if marched:
-            stage.moments[:] = logs.moments[step]
+            copy(logs.moments[step], stage.moments)
             write_step(step, tables, motion, stage, room.spare)
-    told.bodies[len(logs.moments)] = state.bodies
+    copy(state.bodies, told.bodies[len(logs.moments)])
     return True

@@ -58,7 +58,7 @@ class Marched(NamedTuple):
 
 def march(task: Task, tell: Tell = report_nothing) -> Marched:
     """March a task."""
-    return marched_of(task, general.march(task.system, task.method, task.duration, tell=tell))
+    return marched_of(task, general.march_task(task, tell))
 
 
 def is_ready(task: Task) -> bool:
@@ -84,7 +84,8 @@ def marched_of(task: Task, found: Found) -> Marched:
 
 def _free(events: FloatArray, contact: int) -> NDArray[np.bool_]:
     """Return for the spans between all events where a contact has no force."""
-    own = np.flatnonzero(events[:, contract.EVENT_CONTACT] == contact)
+    changing = events[:, contract.EVENT_KIND] != contract.YIELD
+    own = np.flatnonzero((events[:, contract.EVENT_CONTACT] == contact) & changing)
     losses = events[own, contract.EVENT_KIND] == contract.LOSS
     changes = np.zeros(len(events) + 1, dtype=np.int64)
     changes[own + 1] = np.where(losses, 1, -1)

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.general import layout, tables
 from wheeltapper.march.general import march as general
-from wheeltapper.march.general import tables
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.contract import Bodies, Law
 from wheeltapper.march.general.laws import switch
@@ -69,8 +69,9 @@ class TurnedTables(NamedTuple):
 
 
 class TurnedStart(NamedTuple):
-    """Derivatives of the state at the start: offsets, m, modes in the order of the tables, indentations in units."""
+    """Derivatives of the start: bodies, offsets, m, modes in the order of the tables, indentations in units."""
 
+    bodies: FloatArray
     offsets: FloatArray
     modes: FloatArray
     began: FloatArray
@@ -108,7 +109,7 @@ def turned_laws(prepared: general.Prepared, turn: SystemTurn) -> FloatArray:
     for row, contact, numbers in zip(out, prepared.system.contacts, turn.laws, strict=True):
         if not np.any(numbers):
             continue
-        linear = contact.law.kind == switch.LINEAR_LAW
+        linear = contact.law.kind in (switch.LINEAR_LAW, switch.TWO_SIDED)
         law = Law(switch.LINEAR_LAW if linear else switch.HUNT_CROSSLEY, numbers)
         row[1 : 1 + len(numbers)] = general.law_row(contact._replace(law=law), prepared.units, 0)[1 : 1 + len(numbers)]
     return out
@@ -126,14 +127,11 @@ class _TurnedBodies(NamedTuple):
 
 
 def _turned_bodies(prepared: general.Prepared, turn: SystemTurn, slower: float) -> _TurnedBodies:
-    bodies, seconds, by = prepared.system.bodies, prepared.grid.seconds, turn.bodies
-    states, count = tables.states_of(bodies), len(bodies.mass)
-    inverse = np.linalg.inv(bodies.mass)
-    less = by.mass @ states.A[count:-1]  # of M·A = (-K, -C, load)
-    right = np.hstack([-by.stiffness, -by.damping, by.load[:, None]])
-    A, B = np.zeros_like(states.A), np.zeros_like(states.B)
-    A[count:-1] = inverse @ (right - less)
-    B[count:-1] = -inverse @ by.mass @ states.B[count:-1]
+    bodies, seconds = prepared.system.bodies, prepared.grid.seconds
+    states, heavy = tables.states_of(bodies), tables.heavy_of(bodies)
+    E = tables.equations_of(bodies, heavy).E
+    by = tables.equations_of(turn.bodies, heavy, 0.0)
+    A, B = np.linalg.solve(E, by.F - by.E @ states.A), np.linalg.solve(E, by.G - by.E @ states.B)
     none, total = np.zeros_like(states.A), states.A * seconds
     return _TurnedBodies(
         np.block([[total, none], [A * seconds + total * slower, total]]), np.vstack([states.B, B]),
@@ -235,37 +233,48 @@ def _answers_of(prepared: general.Prepared, later: FloatArray) -> FloatArray:
 def turned_start(
     prepared: general.Prepared, turn: SystemTurn, laws: FloatArray, pieces: FloatArray | None
 ) -> TurnedStart:
-    """Return the derivatives of the static state that `equilibrium` finds.
+    """Return the derivatives of the static state that `equilibrium` finds, with the wheels where they start.
 
     `laws` and `pieces` are those of `turned_laws` and `turned_pieces`.
     """
     system, data, units = prepared.system, prepared.data, prepared.units
     static, contacts = general.static_forces(system), len(data.starts)
-    deltas, _, factors = general.static_indentations(data, static, units)
-    sinking, rising = np.zeros((2, contacts))
+    deltas, _, spots = general.static_indentations(data, static, units)
+    sinking, rising, stronger = np.zeros((3, contacts))
     for i, place in enumerate(general.first_places(data)):
-        force, slope, viscous = np.zeros((3, 1))
-        law, given = data.laws[i], (np.array([deltas[i]]), np.zeros(1), np.array([factors[i]]))
-        switch.forces(law, data.table, 1, *given, force, slope, viscous)
-        direct = force[0] * laws[i, LAW_CONSTANT] / law[LAW_CONSTANT] if laws[i, LAW_CONSTANT] else 0.0
+        law = data.laws[i]
+        force, slope = general.pressed(deltas[i], law, data.table, spots[i])
+        stronger[i] = laws[i, LAW_CONSTANT] / law[LAW_CONSTANT] if laws[i, LAW_CONSTANT] else 0.0
         if pieces is not None:
             at = data.starts[i], 0.0
             rising[i] = path_turn(data.pieces, pieces, 0.0, place, *at, 1.0 / units.length, 0.0)[0]
-            direct += force[0] / factors[i] * factor_turn(data.pieces, pieces, 0.0, place, *at, 0.0)
-        sinking[i] = (turn.static[i] / units.force - direct) / slope[0]
-    offsets, began = (sinking - rising) * units.length, sinking * units.length
-    modes = np.zeros((2, 0))
+            stronger[i] += factor_turn(data.pieces, pieces, 0.0, place, *at, 0.0) / spots[i].factor
+        sinking[i] = (turn.static[i] / units.force - force * stronger[i]) / slope
+    offsets, gap = (sinking - rising) * units.length, sinking * units.length
+    modes, compliance, softer = np.zeros((2, 0)), np.zeros(contacts), np.zeros(contacts)
     if system.ring is not None:
-        amplitudes, deflected, local = _turned_rest(prepared, turn, static)
-        offsets, began = offsets + deflected + local, began + local
+        amplitudes, deflected, compliance, softer = _turned_rest(prepared, turn, static)
+        local = compliance * turn.static + softer * static
+        offsets, gap = offsets + deflected + local, gap + local
         modes = np.stack([amplitudes.real, amplitudes.imag])
-    return TurnedStart(offsets, modes, began / units.length)
+    bodies = general.raised_state(system.bodies._replace(raised=turn.bodies.raised), offsets)
+    gap = (gap + system.bodies.shapes.T @ bodies[: len(system.bodies.mass)]) / units.length
+    began = np.zeros(contacts)
+    for i in np.flatnonzero(prepared.motion.contacts[:, layout.FREE_NOW] == layout.TOUCHING).tolist():  # δ + r·N(δ) = D
+        delta = float(prepared.motion.contacts[i, layout.BEGAN])
+        force, slope = general.pressed(delta, data.laws[i], data.table, spots[i])
+        soft, more = (one * units.force / units.length for one in (compliance[i], softer[i]))
+        began[i] = (gap[i] - more * force - soft * force * stronger[i]) / (1.0 + soft * slope)
+    return TurnedStart(bodies, offsets, modes, began)
 
 
 def _turned_rest(
     prepared: general.Prepared, turn: SystemTurn, static: FloatArray
-) -> tuple[ComplexArray, FloatArray, FloatArray]:
-    """Return how the static amplitudes change, the rail's deflections through modes, and those beyond them, m."""
+) -> tuple[ComplexArray, FloatArray, FloatArray, FloatArray]:
+    """Return how the static amplitudes change and the rail's deflections through modes, m.
+
+    Then follow the compliance that these leave out, m/N, and how it changes.
+    """
     system, by = prepared.system, turn.ring
     ring, order = system.ring, general.order_of(system.ring)
     assert ring is not None
@@ -274,12 +283,11 @@ def _turned_rest(
     shows = tables.shapes_at(ring, ring.deflection, inside) * ahead
     takes = tables.shapes_at(ring, ring.drive, inside) / ahead
     moved = -(takes.T @ turn.static) / ring.rates
-    local = tables.compliance_at(ring, inside) * turn.static
+    local = tables.compliance_at(ring, inside)
     if by is None:
-        return moved[order], np.real(shows @ (ring.weights * moved)), local
+        return moved[order], np.real(shows @ (ring.weights * moved)), local, np.zeros(len(local))
     held = -(takes.T @ static) / ring.rates
     moved = moved - ((tables.shapes_at(ring, by.drive, inside) / ahead).T @ static + held * by.rates) / ring.rates
     shown = tables.shapes_at(ring, by.deflection, inside) * ahead
     deflected = np.real(shows @ (ring.weights * moved) + shown @ (ring.weights * held))
-    local = local + tables.compliance_at(ring._replace(residual=by.residual), inside) * static
-    return moved[order], deflected, local
+    return moved[order], deflected, local, tables.compliance_at(ring._replace(residual=by.residual), inside)

@@ -52,6 +52,8 @@ class Feature:
         True where it needs impulses or the highest position, which cost more than events and force maxima.
     asks
         Name of the question that a march has to answer for it; "": any march has what it needs.
+    of_heights
+        True where it needs the highest position, whose derivatives the general march does not know.
     """
 
     name: str
@@ -63,6 +65,7 @@ class Feature:
     differentiable: bool = True
     tally: bool = False
     asks: str = ""
+    of_heights: bool = False
 
     def __post_init__(self) -> None:
         for name in ("name", "unit", "definition"):
@@ -72,7 +75,7 @@ class Feature:
         as_count(self.impacts, "impacts", 0)
         check_choice(self.until, "until", get_args(Until))
         check_function(self.of, "of", "a function of the trains of some cells")
-        for name in ("differentiable", "tally"):
+        for name in ("differentiable", "tally", "of_heights"):
             check_flag(getattr(self, name), name)
 
     def renamed(self, name: str) -> Feature:

@@ -10,5 +10,5 @@ def largest_displacement() -> Feature:
     """Return the largest upward displacement of the wheel's centre, m."""
     return Feature(
         "largest_displacement", "m", "largest upward displacement of the wheel's centre", 0, "end",
-        lambda trains: trains.highest_position, tally=True,
+        lambda trains: trains.highest_position, tally=True, of_heights=True,
     )  # fmt: skip

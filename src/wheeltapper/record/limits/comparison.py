@@ -67,11 +67,11 @@ class Compared:
         return self.rule.name
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything, in SI units; None: there is no such value."""
+        """Return everything, in SI units; None: there is no such value, or, of an exceeded limit, it is infinite."""
         rule = self.rule
         return {
             "limit": rule.name, "level": rule.level, "quantity": rule.quantity, "per": rule.per,
-            "unit": UNITS[QUANTITIES[rule.quantity]], "value": self.value, "allowed": self.allowed,
+            "unit": UNITS[QUANTITIES[rule.quantity]], "value": _or_none(self.value), "allowed": self.allowed,
             "exceeded": self.exceeded, "static_force": self.static, "wheelset": self.wheelset, "side": self.side,
             "time": _or_none(self.time), "position": _or_none(self.position), "low_pass": _or_none(rule.low_pass),
             "sliding_mean": rule.sliding_mean or None, "body": rule.body, "country": rule.country,
@@ -147,7 +147,8 @@ class LimitCheck(Sequence[Compared]):
         ]
         for row in self.exceeded:
             rule = row.rule
-            lines.append(f"exceeded: {rule.name}: {rule.source}; {rule.edition}; {rule.verify}")
+            documents = "; ".join(part for part in (rule.source, rule.edition, rule.verify) if part)
+            lines.append(f"exceeded: {rule.name}: {documents}")
         lines += [f"not compared: {name}: {reason}" for name, reason in self.left_out]
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from wheeltapper.describe.scenario import toml_table
 from wheeltapper.ground.arguments import as_list, as_names, as_path
-from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.quantities import to_si
 
 VERIFY = "verify current edition"
@@ -148,10 +148,10 @@ class Rule:
             return f"not for {3.6 * speed:.4g} km/h"
         return ""
 
-    def is_in(self, countries: Sequence[str]) -> bool:
-        """Return whether the rule names one of these countries."""
-        named = as_names(countries, "countries", COUNTRIES)
-        return not {part.strip() for part in self.country.split(",")}.isdisjoint(named)
+    @property
+    def countries(self) -> frozenset[str]:
+        """Names of the countries in which it is in use."""
+        return frozenset(part.strip() for part in self.country.split(",") if part.strip())
 
     def raised_by(self, value: float, static: float = 0.0) -> bool:
         """Return whether a value raises the alarm, of a wheel or axle with this static force (N); NaN does not."""
@@ -220,11 +220,17 @@ def read_rules(path: str | Path | None = None, countries: Sequence[str] | None =
 
 
 def in_countries(rules: Sequence[Rule], countries: Sequence[str] | None) -> tuple[Rule, ...]:
-    """Return the rules that name one of the countries; all rules for None."""
+    """Return the rules that name one of the countries; all rules for None; refuse a country that no rule names."""
     if countries is None:
         return tuple(rules)
-    names = as_names(countries, "countries", COUNTRIES)
-    return tuple(rule for rule in rules if rule.is_in(names))
+    names, known = as_names(countries, "countries", COUNTRIES), frozenset().union(*(rule.countries for rule in rules))
+    if not names:
+        raise InputError("", "countries", "none", f"{COUNTRIES}, or None for all")
+    lost = next((name for name in names if name not in known), None)
+    if lost is not None:
+        allowed = with_suggestion(lost, sorted(known)) if known else "None, as these rules name no country"
+        raise InputError("", "countries", f"{value_text(lost)}, which no rule names", allowed)
+    return tuple(rule for rule in rules if not rule.countries.isdisjoint(names))
 
 
 def _checked_rule(entry: dict[str, Any], where: str, source: str) -> Rule:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from math import sqrt
 
-from wheeltapper.march.kernel import inlined_kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 HERTZ_CONSTANT = 1
 """Column of C."""
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def hertz_force(delta: float, numbers: FloatArray) -> tuple[float, float]:
     """Return the force of an indentation, and its derivative."""
     root = sqrt(max(delta, 0.0))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from wheeltapper.march.kernel import inlined_kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 CROSSLEY_CONSTANT = 1
@@ -13,7 +13,7 @@ CROSSLEY_LOSS = 2
 """Column of η."""
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def hunt_crossley_force(delta: float, rate: float, numbers: FloatArray) -> tuple[float, float, float]:
     """Return the force of an indentation and its rate, and its derivatives by both; negative where it would pull."""
     root = sqrt(max(delta, 0.0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from wheeltapper.march.kernel import inlined_kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 KELVIN_STIFFNESS = 1
@@ -11,7 +11,7 @@ KELVIN_DAMPING = 2
 """Column of c."""
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def kelvin_force(delta: float, rate: float, numbers: FloatArray) -> tuple[float, float, float]:
     """Return the force of an indentation and its rate, and its derivatives by both; negative where it would pull."""
     stiffness = numbers[KELVIN_STIFFNESS]

@@ -1,17 +1,23 @@
-"""A linear spring that does not pull: N = k·δ."""
+"""Linear springs, N = k·δ: one that does not pull, and one that does."""
 
 from __future__ import annotations
 
-from wheeltapper.march.kernel import inlined_kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 LINEAR_STIFFNESS = 1
 """Column of k."""
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def linear_force(delta: float, numbers: FloatArray) -> tuple[float, float]:
     """Return the force of an indentation, and its derivative."""
     if delta <= 0.0:
         return 0.0, 0.0
+    return numbers[LINEAR_STIFFNESS] * delta, numbers[LINEAR_STIFFNESS]
+
+
+@inlined_uncounted_kernel
+def bonded_force(delta: float, numbers: FloatArray) -> tuple[float, float]:
+    """Return the force of an indentation of either sign, and its derivative."""
     return numbers[LINEAR_STIFFNESS] * delta, numbers[LINEAR_STIFFNESS]

@@ -1,16 +1,16 @@
 """A law from a table: N = δ^e·s(v, δ'), v = sqrt(δ/δ_most), s in pieces of polynomials.
 
-A row of the table is one cell in v and in the rate: Σ_ij row[i·(RATE_TERMS) + j]·ξ^i·ρ^j, ξ and ρ from 0 to 1 over the
-cell. The cells are equal in v and in the rate, those of one rate behind each other. A force of the indentation alone
-has one cell in the rate, and terms with j = 0 only. Beyond δ_most, and beyond the rates of the table, s stays what
-it is there.
+A row of the table is one cell in v and in the rate: Σ_ij row[i·(RATE_TERMS) + j]·ξ^i·ρ^j, ξ and ρ from -1 to 1 over
+the cell. The cells are equal in v and in the rate, those of one rate behind each other. A force of the indentation
+alone has one cell in the rate, and terms with j = 0 only. Beyond δ_most s stays what it is there. Beyond the rates of
+the table it goes on straight: where it stayed, a solve that passes through high rates would not find back.
 """
 
 from __future__ import annotations
 
 from math import sqrt
 
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 (
@@ -21,7 +21,7 @@ from wheeltapper.march.program import FloatArray
 cells in the rate, terms in the rate."""
 
 
-@kernel
+@inlined_uncounted_kernel
 def tabulated_share(delta: float, rate: float, numbers: FloatArray, table: FloatArray) -> tuple[float, float, float]:
     """Return s of an indentation and its rate, and its derivatives by v and by the rate."""
     v = sqrt(max(delta, 0.0) / numbers[TABLE_LARGEST])
@@ -29,13 +29,12 @@ def tabulated_share(delta: float, rate: float, numbers: FloatArray, table: Float
     v = min(v, 1.0)
     cells = numbers[TABLE_CELLS]
     cell = min(int(v * cells), int(cells) - 1)
-    xi = v * cells - cell
+    xi = 2.0 * (v * cells - cell) - 1.0
     rates = int(numbers[TABLE_RATES])
-    along = (rate - numbers[TABLE_SLOWEST]) / numbers[TABLE_WIDTH]
-    outside = along < 0.0 or along > rates
-    along = min(max(along, 0.0), float(rates))
+    wanted = (rate - numbers[TABLE_SLOWEST]) / numbers[TABLE_WIDTH]
+    along = min(max(wanted, 0.0), float(rates))
     band = min(int(along), rates - 1)
-    rho = along - band
+    rho = 2.0 * (along - band) - 1.0
     row = int(numbers[TABLE_FIRST]) + band * int(cells) + cell
     width = int(numbers[TABLE_RATE_TERMS])
     share = 0.0
@@ -50,24 +49,32 @@ def tabulated_share(delta: float, rate: float, numbers: FloatArray, table: Float
         by_v = by_v * xi + share
         share = share * xi + value
         by_rate = by_rate * xi + slope
-    return share, 0.0 if beyond else cells * by_v, 0.0 if outside else by_rate / numbers[TABLE_WIDTH]
+    by_rate *= 2.0
+    share += by_rate * (wanted - along)
+    return share, 0.0 if beyond else 2.0 * cells * by_v, by_rate / numbers[TABLE_WIDTH]
 
 
-@kernel
-def tabulated_force(delta: float, rate: float, numbers: FloatArray, table: FloatArray) -> tuple[float, float, float]:
-    """Return the force of an indentation and its rate, and its derivatives by both.
+@inlined_uncounted_kernel
+def tabulated_forces(
+    n: int, delta: FloatArray, rate: FloatArray, factor: FloatArray, numbers: FloatArray, table: FloatArray,
+    N: FloatArray, slope: FloatArray, viscous: FloatArray,
+) -> None:  # fmt: skip
+    """Write forces at n nodes, times the factor of the path, and their derivatives by indentation and rate.
 
-    It is negative where a law that depends on the rate would pull; one that does not never is.
+    They are negative where a law that depends on the rate would pull; those of one that does not never are.
     """
-    if delta <= 0.0:
-        return 0.0, 0.0, 0.0
-    share, by_v, by_rate = tabulated_share(delta, rate, numbers, table)
-    if share <= 0.0 and numbers[TABLE_RATE_TERMS] <= 1.0 and numbers[TABLE_RATES] <= 1.0:
-        return 0.0, 0.0, 0.0
     exponent = numbers[TABLE_EXPONENT]
-    power = delta * sqrt(delta)
-    if exponent != 1.5:
-        power = delta**exponent
-    force = numbers[TABLE_FORCE] * power
-    v = min(sqrt(delta / numbers[TABLE_LARGEST]), 1.0)
-    return force * share, force / delta * (exponent * share + 0.5 * v * by_v), force * by_rate
+    rated = numbers[TABLE_RATE_TERMS] > 1.0 or numbers[TABLE_RATES] > 1.0
+    scale = 0.5 / sqrt(numbers[TABLE_LARGEST])
+    for k in range(n):
+        share, by_v, by_rate = tabulated_share(delta[k], rate[k], numbers, table)
+        if delta[k] <= 0.0 or (share <= 0.0 and not rated):
+            share, by_v, by_rate = 0.0, 0.0, 0.0
+        root = sqrt(max(delta[k], 0.0))
+        power = root
+        if exponent != 1.5:
+            power = delta[k] ** (exponent - 1.0)
+        steep = factor[k] * numbers[TABLE_FORCE] * power
+        N[k] = steep * delta[k] * share
+        slope[k] = steep * (exponent * share + scale * root * by_v)
+        viscous[k] = steep * delta[k] * by_rate

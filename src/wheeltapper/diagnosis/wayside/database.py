@@ -1,0 +1,173 @@
+"""Findings of passages in an SQLite database: each recording once, whole or not at all, however the process ends.
+
+What belongs to a recording is written in one transaction. A recording is answered if its row has the mark that its
+files, site and rules have now; otherwise its old rows are replaced.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from wheeltapper.ground.errors import InputError
+
+FORMAT = 1
+"""Version of the tables, kept as `user_version`."""
+WAITING = 30.0
+"""Longest time to wait for another process that writes, s."""
+TABLES = """
+CREATE TABLE recordings (
+    recording INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, mark TEXT NOT NULL, passed TEXT NOT NULL,
+    answer TEXT NOT NULL, reason TEXT NOT NULL);
+CREATE TABLE trains (
+    train INTEGER PRIMARY KEY, recording INTEGER NOT NULL REFERENCES recordings ON DELETE CASCADE,
+    number INTEGER NOT NULL, page TEXT NOT NULL, summary TEXT NOT NULL, UNIQUE (recording, number));
+CREATE TABLE wheels (
+    train INTEGER NOT NULL REFERENCES trains ON DELETE CASCADE, axle INTEGER NOT NULL, side TEXT NOT NULL,
+    vehicle INTEGER, identity TEXT, speed REAL, static_force REAL, largest_force REAL, strikes INTEGER NOT NULL,
+    repeats_after REAL, finding TEXT NOT NULL, PRIMARY KEY (train, axle, side));
+CREATE TABLE alarms (
+    train INTEGER NOT NULL REFERENCES trains ON DELETE CASCADE, axle INTEGER NOT NULL, side TEXT NOT NULL,
+    rule TEXT NOT NULL, level TEXT NOT NULL, quantity TEXT NOT NULL, value REAL NOT NULL, "limit" REAL NOT NULL);
+CREATE INDEX wheels_of_identity ON wheels (identity) WHERE identity IS NOT NULL;
+CREATE INDEX trains_of_recording ON trains (recording);
+CREATE INDEX alarms_of_train ON alarms (train);
+"""
+"""The tables; forces in N, speeds in m/s, lengths in m, times as text (ISO 8601). `summary` is JSON."""
+OF_WHEELS = (
+    "axle", "side", "vehicle", "identity", "speed", "static_force", "largest_force", "strikes", "repeats_after",
+    "finding",
+)  # fmt: skip
+OF_ALARMS = ("axle", "side", "rule", "level", "quantity", "value", "limit")
+
+
+class Findings:
+    """A database of findings; it is created if it does not exist.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Raises
+    ------
+    InputError
+        If the file is no such database, or cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        try:
+            self._held = sqlite3.connect(path, timeout=WAITING, isolation_level=None)
+            self._held.row_factory = sqlite3.Row
+            self._held.execute("PRAGMA foreign_keys = ON")
+            self._held.execute("PRAGMA journal_mode = WAL")
+            self._create_or_check(path)
+        except sqlite3.Error as error:
+            raise InputError(
+                str(path), "database", f"a file that is no database of findings ({error})", "a new or an own file"
+            ) from None
+
+    def _create_or_check(self, path: Path) -> None:
+        with self.transaction():
+            (version,) = self._held.execute("PRAGMA user_version").fetchone()
+            (tables,) = self._held.execute("SELECT count(*) FROM sqlite_master").fetchone()
+            if version == FORMAT:
+                return
+            if version or tables:
+                found = f"a database with the version {version} and {tables} tables and indices"
+                raise InputError(str(path), "database", found, f"a new file, or findings of the version {FORMAT}")
+            for statement in TABLES.split(";")[:-1]:
+                self._held.execute(statement)
+            self._held.execute(f"PRAGMA user_version = {FORMAT}")
+
+    def close(self) -> None:
+        """Close the file."""
+        self._held.close()
+
+    @contextmanager
+    def transaction(self) -> Iterator[None]:
+        """Write all that is written inside, or nothing."""
+        self._held.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+        except BaseException:
+            self._held.execute("ROLLBACK")
+            raise
+        self._held.execute("COMMIT")
+
+    def marks(self) -> dict[str, tuple[str, list[str]]]:
+        """Return the mark of each recording and the pages of its trains, by its name."""
+        out: dict[str, tuple[str, list[str]]] = {}
+        for name, mark, page in self._held.execute(
+            "SELECT name, mark, page FROM recordings LEFT JOIN trains USING (recording)"
+        ):
+            out.setdefault(name, (mark, []))[1].extend([page] if page else [])
+        return out
+
+    def keep_recording(self, name: str, mark: str, passed: str, answer: str, reason: str) -> int:
+        """Keep a recording instead of what there is of it; return its number."""
+        self._held.execute("DELETE FROM recordings WHERE name = ?", (name,))
+        row = self._held.execute(
+            "INSERT INTO recordings (name, mark, passed, answer, reason) VALUES (?, ?, ?, ?, ?)",
+            (name, mark, passed, answer, reason),
+        )
+        assert row.lastrowid is not None
+        return row.lastrowid
+
+    def keep_train(
+        self,
+        recording: int,
+        number: int,
+        page: str,
+        summary: Mapping[str, Any],
+        wheels: Sequence[Mapping[str, Any]],
+        alarms: Sequence[Mapping[str, Any]],
+    ) -> None:
+        """Keep a train of a recording, with its wheels and alarms (`OF_WHEELS`, `OF_ALARMS`)."""
+        row = self._held.execute(
+            "INSERT INTO trains (recording, number, page, summary) VALUES (?, ?, ?, ?)",
+            (recording, number, page, json.dumps(summary, ensure_ascii=False)),
+        )
+        for table, names, entries in (("wheels", OF_WHEELS, wheels), ("alarms", OF_ALARMS, alarms)):
+            columns = ", ".join(f'"{name}"' for name in names)
+            self._held.executemany(
+                f"INSERT INTO {table} (train, {columns}) VALUES (?{', ?' * len(names)})",
+                [(row.lastrowid, *(entry[name] for name in names)) for entry in entries],
+            )
+
+    def recordings(self) -> list[dict[str, Any]]:
+        """Return the recordings, the latest passage first: name, passed, answer, reason, and trains.
+
+        Each train has number, page, and what its summary holds.
+        """
+        rows = self._held.execute(
+            "SELECT recording, name, passed, answer, reason FROM recordings ORDER BY passed DESC, name"
+        )
+        found = {row["recording"]: dict(row) | {"trains": []} for row in rows}
+        for row in self._held.execute("SELECT recording, number, page, summary FROM trains ORDER BY recording, number"):
+            train = {"number": row["number"], "page": row["page"], **json.loads(row["summary"])}
+            found[row["recording"]]["trains"].append(train)
+        return list(found.values())
+
+    def counts(self) -> dict[str, int]:
+        """Return how many recordings have each answer, the most frequent first."""
+        rows = self._held.execute("SELECT answer, count(*) AS n FROM recordings GROUP BY answer ORDER BY n DESC")
+        return {row["answer"]: row["n"] for row in rows}
+
+    def courses(self, identities: Sequence[str] | None = None, until: str = "9999") -> list[dict[str, Any]]:
+        """Return the passages of wheels with an identity till some time, by identity and time; of some wheels, or all.
+
+        Each has passed, name, page, and what `OF_WHEELS` names.
+        """
+        known = "" if identities is None else " AND identity IN (SELECT value FROM json_each(?))"
+        rows = self._held.execute(
+            "SELECT recordings.passed, recordings.name, trains.page, wheels.* FROM wheels JOIN trains USING (train) "
+            f"JOIN recordings USING (recording) WHERE identity IS NOT NULL AND passed <= ?{known} "
+            "ORDER BY identity, passed, recordings.name, number",
+            (until,) if identities is None else (until, json.dumps(list(identities))),
+        )
+        return [dict(row) for row in rows]

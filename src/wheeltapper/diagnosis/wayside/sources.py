@@ -1,0 +1,79 @@
+"""What a folder holds of passages: files with all channels, or folders of files; and when they were."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.reading_files import reader_of
+
+TIME = re.compile(r"(?<!\d)(\d{4})-?(\d\d)-?(\d\d)[T_ -]?(\d\d)[:h.-]?(\d\d)(?:[:m.-]?(\d\d))?(?!\d)")
+"""A time in the name of a file: 2026-11-23T08-12-05, 20261123_0812."""
+
+
+class Source(NamedTuple):
+    """The recording of a passage: one file, or the files of a folder.
+
+    `state` is size and time of change of each file, by its name: what tells whether something was written since.
+    """
+
+    name: str
+    files: tuple[Path, ...]
+    state: tuple[tuple[str, int, int], ...]
+
+    @property
+    def when(self) -> tuple[str, bool]:
+        """Time of the passage, and whether its name states it; else it is when the last file was written, UTC."""
+        found = TIME.search(self.name)
+        if found is not None:
+            with suppress(ValueError):
+                return datetime(*(int(part or 0) for part in found.groups())).isoformat(), True  # type: ignore[arg-type]
+        last = max(changed for _, _, changed in self.state) // 10**9
+        return datetime.fromtimestamp(last, UTC).replace(tzinfo=None).isoformat(), False
+
+
+def sources_in(folder: Path, beside: Iterable[Path] = ()) -> tuple[list[Source], list[str]]:
+    """Return what a folder holds of passages, by name, and the names of what is none.
+
+    Files and folders `beside` are not looked at. A folder inside holds the files of one passage; it has no folders.
+    """
+    passed_over = {one.resolve() for one in beside}
+    sources, others = [], []
+    try:
+        inside = sorted(folder.iterdir())
+    except OSError as error:
+        raise InputError(str(folder), "folder", f"no readable folder ({error.strerror})", "a folder") from None
+    for entry in inside:
+        if entry.name.startswith(".") or entry.resolve() in passed_over:
+            continue
+        files = sorted(entry.iterdir()) if entry.is_dir() else [entry]
+        found = _source(entry.name, [file for file in files if _is_recording(file)])
+        if found is None:
+            others.append(entry.name)
+        else:
+            sources.append(found)
+    return sources, others
+
+
+def _is_recording(file: Path) -> bool:
+    try:
+        reader_of(file)
+    except InputError:
+        return False
+    return not file.name.startswith(".") and not file.is_dir()
+
+
+def _source(name: str, files: list[Path]) -> Source | None:
+    """Return the passage in files; None if there are none, or one has just gone."""
+    try:
+        seen = [(file, os.stat(file)) for file in files]
+    except OSError:
+        return None
+    state = tuple((file.name, one.st_size, one.st_mtime_ns) for file, one in seen)
+    return Source(name, tuple(files), state) if files else None

@@ -1,0 +1,83 @@
+"""From a scenario with a wagon on rails that give way to its program: the wagon, and each of two equal rails below it.
+
+The wagon starts as it stands on a stiff track, and each rail as it lies at rest under the wheels' forces there: springs
+carry what they have to, as below every vehicle (docs/theory/track.rst).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import log2
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.notes import Note
+from wheeltapper.lower.on_rails import GENERAL_METHODS, SUDDEN, check_speed
+from wheeltapper.lower.standing import normal_forces
+from wheeltapper.lower.track.reach import Reach, cutoff_note, modes_of
+from wheeltapper.lower.wagon import LoweredWagon, lower_wagon
+from wheeltapper.march import assembly as asm
+from wheeltapper.march.assembly import HALF, Assembly
+from wheeltapper.march.general.march import rest_of
+from wheeltapper.march.general.tables import Units
+from wheeltapper.march.rail_motion import rails_array
+from wheeltapper.march.rails.march import OnRails
+from wheeltapper.march.rails.modes import Track, fours_of, system_of
+
+FloatArray = NDArray[np.float64]
+TOLERANCES = {"default": 1e-6, "strict": 1e-8}
+"""Tolerance of a step of each method. The rails' answers are far smoother than the highest degree of their moments, to
+which most of a step's error belongs: event times move by some 1e-10 s and 1e-12 s."""
+TWO_RAILS = Note(
+    "the two rails are equal tracks side by side, each on half of every sleeper: sleepers do not roll. Rails move "
+    "vertically only, and creep forces act on the wheelsets alone",
+    "two rails",
+)
+"""What the march leaves out of a real track."""
+
+
+def lower_wagon_on_rails(scenario: Scenario, method: str = "default") -> LoweredWagon:
+    """Lower a scenario with a wagon on rails that give way."""
+    lowered = lower_wagon(scenario, method)
+    places = np.array([axle.position for axle in scenario.vehicle.axles], dtype=float)
+    modes, reach = modes_of(scenario.track, method, float(np.ptp(places)))
+    chosen = GENERAL_METHODS[method]
+    check_speed(float(scenario.speed), scenario.track, modes.ring, chosen, float(scenario.speed * scenario.duration))
+    units = _units(lowered)
+    from_seat = places - float(scenario.track.first_sleeper)
+    track = Track(modes.ring, chosen, from_seat, float(scenario.speed), units)
+    force = normal_forces(lowered.assembly, lowered.assembly.start, len(places))
+    rest = rest_of(system_of(track))
+    assembly = _with_moments(lowered, track, TOLERANCES[method])
+    amplitudes = force.T @ rest.amplitudes
+    below = OnRails(assembly, track, amplitudes, force.T @ rest.deflections.T)
+    said = (TWO_RAILS, *reach.notes, *_excitation(scenario, reach))
+    if scenario.speed > 0.0:
+        said = (*said, SUDDEN)
+    return replace(lowered, assembly=assembly, below=below, notes=(*lowered.notes, *said))
+
+
+def _with_moments(lowered: LoweredWagon, track: Track, tolerance: float) -> Assembly:
+    """Return the assembly with the moments of the forces of a macro step as further states, after all others."""
+    A, nodes, fours = lowered.assembly, track.method.nodes, fours_of(len(track.places))
+    more, states = np.zeros(2 * fours * nodes * HALF), len(A.start)
+    rails = rails_array(nodes, fours, states)
+    numbers = A.numbers.copy()
+    numbers[asm.STEP_TOLERANCE] = tolerance
+    return A._replace(numbers=numbers, start=np.append(A.start, more), scales=np.append(A.scales, more), rails=rails)
+
+
+def _excitation(scenario: Scenario, reach: Reach) -> tuple[Note, ...]:
+    """Return a note where the irregularities excite more than the modes of the track know."""
+    radius = float(scenario.vehicle.axles[0].radius)
+    waves = [length for item in scenario.irregularities if (length := item.shortest_wave(radius)) is not None]
+    note = cutoff_note(reach, float(scenario.speed) / min(waves)) if waves else None
+    return () if note is None else (note,)
+
+
+def _units(lowered: LoweredWagon) -> Units:
+    """Return powers of two near a wheel's static indentation and force."""
+    sizes = float(lowered.assembly.numbers[asm.STATIC_INDENTATION]), float(lowered.static_force.max())
+    return Units(*(2.0 ** round(log2(size)) for size in sizes))

@@ -1,0 +1,298 @@
+"""Rails that give way below a vehicle, within one macro step: what the wheels feel of them, and they of the wheels.
+
+Over a macro step, θ from 0 to 1 and z = 2θ - 1, rail and sleepers are known to the wheels by a few numbers. With
+Legendre's polynomials P_m and the moments m_jl = ∫ P_l(z) N_j dθ of the force of each wheel since the step's start, the
+deflection under wheel i is
+
+    w_i(θ) = Σ_m P_m(z)·(d_im + Σ_j Σ_l B_ijml·m_jl) + r_i(θ)·N_i
+
+where d is what moves without these forces, B the track's answer to them, and r the local compliance that its modes
+leave out. The moments are states of the vehicle's march; what is between two macro steps is done in `rails`. Each of
+the two rails is one track; both are equal. The wheels' treads and flanges press the same place of a rail.
+
+Wheelsets come in fours, as in the octets of contacts, so that the innermost index is a lane: coefficients of one rail
+are (fours, nodes, HALF). The array `rails` of an assembly holds, one behind the other: RAIL_NUMBERS; d of both rails;
+r; B, of one rail by one rail with the force first; and scratch memory: P and P', the deflection's coefficients, and the
+moments' rates of both rails.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from wheeltapper.march import assembly as asm
+from wheeltapper.march import wheel_rows as wheel
+from wheeltapper.march.assembly import HALF, LANES
+from wheeltapper.march.kernel import inlined_kernel, kernel, uncounted_kernel
+from wheeltapper.march.program import FloatArray, IntArray
+
+MOST_TURNS = 40
+"""Iterations for the forces on the local compliance; they rise to the solution from below, quadratically at last."""
+FORCE_SETTLED = 1e-9
+"""Relative change of the forces that ends them: the next one would be its square."""
+INVERSES = tuple(1.0 / (m + 1.0) for m in range(17))
+"""1/(m + 1); a division would wait for the one before it."""
+ROW_A, ROW_B, ROW_C, ROW_D = range(4)
+ROWS_AT_ONCE = 4
+"""Moments whose answers are added in one go."""
+
+
+def rails_array(nodes: int, fours: int, states: int) -> FloatArray:
+    """Return the array `rails` of rails at rest without a load; the moments begin at `states` in the state."""
+    one = fours * nodes * HALF
+    out = np.zeros(asm.RAIL_NUMBERS + 2 * one + one + one * one + 2 * nodes + 4 * one)
+    out[asm.RAIL_SECONDS] = 1.0
+    out[[asm.RAIL_NODES, asm.RAIL_FOURS, asm.RAIL_STATES]] = nodes, fours, states
+    return out
+
+
+@inlined_kernel
+def places_of(data: FloatArray, plan: IntArray) -> tuple[int, int, int, int, int, int, int, int, int]:
+    """Return the nodes, the size of one rail's coefficients, and where all begins in the data.
+
+    That is d, r, B, P, P', the deflections' coefficients and the moments' rates.
+    """
+    at = plan[asm.AT_RAILS]
+    nodes = int(data[at + asm.RAIL_NODES])
+    one = int(data[at + asm.RAIL_FOURS]) * nodes * HALF
+    free = at + asm.RAIL_NUMBERS
+    local = free + 2 * one
+    answers = local + one
+    values = answers + one * one
+    present = values + 2 * nodes
+    return nodes, one, free, local, answers, values, values + nodes, present, present + 2 * one
+
+
+@kernel
+def enter_macro_step(
+    step: int, seconds: float, free: FloatArray, local: FloatArray, answers: FloatArray, data: FloatArray,
+    plan: IntArray,
+) -> None:  # fmt: skip
+    """Write what the wheels know of the rails in a macro step: d, r and B, flat."""
+    at = plan[asm.AT_RAILS]
+    data[at + asm.RAIL_BEGAN] = step * seconds
+    data[at + asm.RAIL_SECONDS] = seconds
+    _, _, to_free, to_local, to_answers, _, _, _, _ = places_of(data, plan)
+    data[to_free : to_free + len(free)] = free
+    data[to_local : to_local + len(local)] = local
+    data[to_answers : to_answers + len(answers)] = answers
+
+
+@kernel
+def enter_logged_step(
+    t: float, seconds: float, free: FloatArray, local: FloatArray, answers: FloatArray, data: FloatArray,
+    plan: IntArray,
+) -> None:  # fmt: skip
+    """Do as `enter_macro_step` for the macro step in which a time lies, from a log; do nothing where there is none."""
+    if seconds > 0.0:
+        step = min(int(t / seconds), len(free) - 1)
+        place = step % len(local)
+        enter_macro_step(step, seconds, free[step], local[place], answers[place], data, plan)
+
+
+@uncounted_kernel
+def _add_four(A: FloatArray, x: FloatArray, out: FloatArray) -> None:
+    """Add four rows of A, one behind the other, times the entries of x."""
+    one = len(out)
+    first, second, third, fourth = A[:one], A[one : 2 * one], A[2 * one : 3 * one], A[3 * one :]
+    a, b, c, d = x[ROW_A], x[ROW_B], x[ROW_C], x[ROW_D]
+    for k in range(one):
+        out[k] += a * first[k] + b * second[k] + c * third[k] + d * fourth[k]
+
+
+@uncounted_kernel
+def _add_answers(one: int, at: int, answers: int, to: int, w: FloatArray, data: FloatArray) -> None:
+    """Add what the rails answer to moments, w from `at` on, to coefficients, data from `to` on; `one`: of one rail."""
+    left, right = data[to : to + one], data[to + one : to + 2 * one]
+    x, y = w[at : at + one], w[at + one : at + 2 * one]
+    for j in range(0, one, ROWS_AT_ONCE):
+        rows = data[answers + j * one : answers + (j + ROWS_AT_ONCE) * one]
+        _add_four(rows, x[j : j + ROWS_AT_ONCE], left)
+        _add_four(rows, y[j : j + ROWS_AT_ONCE], right)
+
+
+@inlined_kernel
+def _sum_lanes(first: int, step: int, values: int, nodes: int, row: int, data: FloatArray, L: FloatArray) -> None:
+    """Write Σ_m P_m·(coefficients) of eight lanes; the left rail's begin at `first`, the right one's `step` later."""
+    for i in range(LANES):
+        L[row + i] = 0.0
+    for m in range(nodes):
+        value = data[values + m]
+        at = first + m * HALF
+        for i in range(HALF):
+            L[row + i] += value * data[at + i]
+            L[row + HALF + i] += value * data[at + step + i]
+
+
+@inlined_kernel
+def _write_legendre(z: float, nodes: int, values: int, slopes: int, data: FloatArray) -> None:
+    """Write Legendre's polynomials and their derivatives at z."""
+    before = 1.0
+    value = z
+    slope_before = 0.0
+    slope = 1.0
+    data[values] = 1.0
+    data[slopes] = 0.0
+    for m in range(1, nodes):
+        data[values + m] = value
+        data[slopes + m] = slope
+        later = z * value + m * INVERSES[m] * (z * value - before)
+        slope_later = slope_before + (2 * m + 1) * value
+        before = value
+        value = later
+        slope_before = slope
+        slope = slope_later
+
+
+@kernel
+def free_rails(t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray) -> None:
+    """Compute the rails' deflections and velocities but for what the present forces add."""
+    at = plan[asm.AT_RAILS]
+    seconds = data[at + asm.RAIL_SECONDS]
+    nodes, one, free, _, answers, values, slopes, present, _ = places_of(data, plan)
+    _write_legendre(2.0 * (t - data[at + asm.RAIL_BEGAN]) / seconds - 1.0, nodes, values, slopes, data)
+    for k in range(2 * one):
+        data[present + k] = data[free + k]
+    _add_answers(one, int(data[at + asm.RAIL_STATES]), answers, present, w, data)
+    treads = int(data[asm.TREADS])
+    for o in range(wheels.shape[0]):
+        L = wheels[o]
+        own = present + o % treads * nodes * HALF
+        _sum_lanes(own, one, values, nodes, wheel.ROW_RAIL, data, L)
+        _sum_lanes(own, one, slopes, nodes, wheel.RAIL_RATE, data, L)
+        for i in range(LANES):
+            L[wheel.RAIL_RATE + i] *= 2.0 / seconds
+
+
+@inlined_kernel
+def _settle(flanged: bool, T: FloatArray, G: FloatArray) -> None:
+    """Write the forces of wheels' treads, T, and flanges, G, on the local compliance r together.
+
+    N = Σ C·max(D - r·N, 0)^1.5 over both, where D is the indentation on a rail without it. Newton's method from zero:
+    the right side falls and bends upwards, so that it never passes the solution.
+    """
+    for i in range(LANES):
+        T[wheel.ROW_FORCE + i] = 0.0
+    for _ in range(MOST_TURNS):
+        most = 0.0
+        for i in range(LANES):
+            force = T[wheel.ROW_FORCE + i]
+            sinks = T[wheel.SOFTNESS + i] * force
+            c = T[wheel.ROOT_C + i] * T[wheel.BULGE + i] * T[wheel.ON + i]
+            n = c * sqrt(max(T[wheel.ROW_DELTA + i] - sinks, 0.0))
+            T[wheel.ROW_EXCESS + i] = n * n * n - force
+            T[wheel.STEEPNESS + i] = 1.5 * c * c * n
+        if flanged:
+            for i in range(LANES):
+                sinks = T[wheel.SOFTNESS + i] * T[wheel.ROW_FORCE + i]
+                c = G[wheel.ROOT_C + i] * G[wheel.BULGE + i] * G[wheel.ON + i]
+                n = c * sqrt(max(G[wheel.ROW_DELTA + i] - sinks, 0.0))
+                T[wheel.ROW_EXCESS + i] += n * n * n
+                T[wheel.STEEPNESS + i] += 1.5 * c * c * n
+        for i in range(LANES):
+            change = T[wheel.ROW_EXCESS + i] / (1.0 + T[wheel.SOFTNESS + i] * T[wheel.STEEPNESS + i])
+            T[wheel.ROW_FORCE + i] += change
+            most = max(most, abs(change) - FORCE_SETTLED * T[wheel.ROW_FORCE + i])
+        if most <= 0.0:
+            break
+
+
+@inlined_kernel
+def _press(T: FloatArray, L: FloatArray) -> None:
+    """Write indentations and forces of contacts where the rails give way under the forces that were found."""
+    for i in range(LANES):
+        sinks = T[wheel.SOFTNESS + i] * T[wheel.ROW_FORCE + i]
+        delta = L[wheel.ROW_DELTA + i] - sinks
+        n = L[wheel.ROOT_C + i] * L[wheel.BULGE + i] * sqrt(max(delta, 0.0)) * L[wheel.ON + i]
+        L[wheel.ROW_RAIL + i] += sinks
+        L[wheel.ROW_DELTA + i] = delta
+        L[wheel.CUBE_ROOT + i] = n
+        L[wheel.NORMAL + i] = n * n * n
+
+
+@kernel
+def press_rails(rated: bool, data: FloatArray, plan: IntArray, wheels: FloatArray) -> None:
+    """Correct indentations, forces and, if `rated`, their rates by what the present forces do to the rails."""
+    nodes, one, _, local, _, values, _, _, growing = places_of(data, plan)
+    treads = int(data[asm.TREADS])
+    for o in range(treads):
+        T = wheels[o]
+        G = wheels[(o + treads) % wheels.shape[0]]
+        flanged = wheels.shape[0] > treads and G[wheel.AWAKE] != 0.0
+        first = o * nodes * HALF
+        _sum_lanes(local + first, 0, values, nodes, wheel.SOFTNESS, data, T)
+        _settle(flanged, T, G)
+        _press(T, T)
+        if flanged:
+            _press(T, G)
+        for m in range(nodes):
+            value = data[values + m]
+            at = growing + first + m * HALF
+            for i in range(HALF):
+                data[at + i] = value * T[wheel.ROW_FORCE + i]
+                data[at + one + i] = value * T[wheel.ROW_FORCE + HALF + i]
+    if rated:
+        _add_force_rates(data, plan, wheels)
+
+
+@inlined_kernel
+def _growths(i: int, L: FloatArray) -> tuple[float, float]:
+    """Return what a contact's force grows by with its constant, N/s, and with the indentation's rate, N/m."""
+    c = L[wheel.ROOT_C + i] * L[wheel.BULGE + i]
+    growth = L[wheel.ROOT_C_RATE + i] * L[wheel.BULGE + i] + L[wheel.ROOT_C + i] * L[wheel.BULGE_RATE + i]
+    root = sqrt(max(L[wheel.ROW_DELTA + i], 0.0)) * L[wheel.ON + i]
+    n = L[wheel.CUBE_ROOT + i]
+    return 3.0 * n * n * root * growth, 1.5 * n * c * c * L[wheel.ON + i]
+
+
+@kernel
+def _add_force_rates(data: FloatArray, plan: IntArray, wheels: FloatArray) -> None:
+    """Correct the rates: the rails yield to the present forces at once by a little, and r·N changes."""
+    seconds = data[plan[asm.AT_RAILS] + asm.RAIL_SECONDS]
+    nodes, one, _, local, answers, values, slopes, present, growing = places_of(data, plan)
+    for k in range(2 * one):
+        data[present + k] = 0.0
+    _add_answers(one, growing, answers, present, data, data)
+    treads = int(data[asm.TREADS])
+    for o in range(treads):
+        T = wheels[o]
+        G = wheels[(o + treads) % wheels.shape[0]]
+        flanged = wheels.shape[0] > treads and G[wheel.AWAKE] != 0.0
+        first = o * nodes * HALF
+        _sum_lanes(present + first, one, values, nodes, wheel.ROW_SINKS, data, T)
+        _sum_lanes(local + first, 0, slopes, nodes, wheel.ROW_EXCESS, data, T)
+        for i in range(LANES):
+            r = T[wheel.SOFTNESS + i]
+            sinks = (T[wheel.ROW_SINKS + i] + 2.0 * T[wheel.ROW_EXCESS + i] * T[wheel.ROW_FORCE + i]) / seconds
+            grown, steep = _growths(i, T)
+            rises = grown + steep * (T[wheel.DELTA_RATE + i] - sinks)
+            if flanged:
+                grown, more = _growths(i, G)
+                rises += grown + more * (G[wheel.DELTA_RATE + i] - sinks)
+                steep += more
+            T[wheel.ROW_SINKS + i] = sinks + r * rises / (1.0 + r * steep)
+        _sink(T, T)
+        if flanged:
+            _sink(T, G)
+
+
+@inlined_kernel
+def _sink(T: FloatArray, L: FloatArray) -> None:
+    """Write the rates of contacts whose rails sink faster by what was found."""
+    for i in range(LANES):
+        L[wheel.RAIL_RATE + i] += T[wheel.ROW_SINKS + i]
+        L[wheel.DELTA_RATE + i] -= T[wheel.ROW_SINKS + i]
+        grown, steep = _growths(i, L)
+        L[wheel.NORMAL_RATE + i] = grown + steep * L[wheel.DELTA_RATE + i]
+
+
+@kernel
+def write_moment_rates(data: FloatArray, plan: IntArray, out: FloatArray) -> None:
+    """Write the rates of the moments of the forces that were computed last."""
+    at = plan[asm.AT_RAILS]
+    states, over = int(data[at + asm.RAIL_STATES]), 1.0 / data[at + asm.RAIL_SECONDS]
+    _, one, _, _, _, _, _, _, growing = places_of(data, plan)
+    for k in range(2 * one):
+        out[states + k] = data[growing + k] * over

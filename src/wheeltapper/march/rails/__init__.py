@@ -1,0 +1,1 @@
+"""The wagon's march on rails that give way."""

@@ -1,0 +1,170 @@
+"""The march of a vehicle with many bodies on two rails that give way: macro steps of the rails, with events within.
+
+Events never touch the rails' modes. Over a macro step the wheels know of the rails what `rail_motion` says; vehicle,
+contacts and moments of the forces march as on a stiff track (`multibody`), with all events. Then
+
+1. the modes take the moments;
+2. they show each wheel its free motion over the next macro step;
+3. the march begins anew. What a wheel sees jumps there by the error of the interpolation, some 1e-12 m: a contact that
+   this opens or closes is opened or closed.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from wheeltapper.march import assembly as asm
+from wheeltapper.march import multibody, passing, searching, telling
+from wheeltapper.march.assembly import HALF, Assembly
+from wheeltapper.march.general.by_address import ByAddress
+from wheeltapper.march.general.structure import ComplexArray
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.multibody import MultibodyMarch, RailLog
+from wheeltapper.march.program import DONE, FULL, SOFT, FloatArray, IntArray
+from wheeltapper.march.rail_motion import enter_macro_step
+from wheeltapper.march.rails.modes import RailTables, Track, fours_of, read_rails, tables_of, write_rails
+from wheeltapper.march.rates import contact_forces
+
+
+class OnRails(NamedTuple):
+    """A vehicle on two equal rails.
+
+    Attributes
+    ----------
+    assembly
+        The vehicle; its `rails` hold the first macro step.
+    track
+        Each of the rails.
+    modes
+        Amplitudes of both at the start, as seen from the bay of the first wheelset: (2, modes) complex.
+    sinking
+        Deflections at the start below each wheel, (2, wheelsets), m: from these on the wheels feel the rails.
+    """
+
+    assembly: Assembly
+    track: Track
+    modes: ComplexArray
+    sinking: FloatArray
+
+
+def _example() -> tuple[object, ...]:
+    floats, plan, table = np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros((1, 1))
+    work = multibody.Work(floats, table, floats, *(table,) * 6, floats, table, floats)
+    return (floats, plan, floats, *work)
+
+
+MARCH = ByAddress(multibody.march_kernel, _example)
+march_at = MARCH.call
+"""The march between the macro steps' ends, the same machine code as on a stiff track."""
+
+
+@kernel
+def rails_kernel(
+    address: int, end: float, seconds: float, reads: FloatArray, writes: FloatArray, first: IntArray,
+    decay: FloatArray, turns: FloatArray, sets: IntArray, phase: IntArray, bay: IntArray, local: FloatArray,
+    answers: FloatArray, sinking: FloatArray, length: float, force: float, modes: FloatArray, spare: FloatArray,
+    free: FloatArray, made: IntArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
+    wheels: FloatArray, pieces: FloatArray, steps: FloatArray, states: FloatArray, events: FloatArray,
+    peaks: FloatArray, K: FloatArray, F: FloatArray, Q: FloatArray, kept: FloatArray, S: FloatArray,
+) -> int:  # fmt: skip
+    """March until `end`, or until a table is full; return why it stopped. May be called again.
+
+    `free` is the log (macro steps, 2, fours, nodes, HALF), and `made` counts its rows, the present one included.
+    """
+    begin = int(data[plan[asm.AT_RAILS] + asm.RAIL_STATES])
+    shape = free.shape[1:]
+    lanes = kept.shape[1]
+    while True:
+        data[asm.RUN_END] = min(end, made[0] * seconds)
+        status = march_at(
+            address, data, plan, scales, w, wheels, pieces, steps, states, events, peaks, K, F, Q, kept, S
+        )  # fmt: skip
+        if status != DONE or S[passing.RUN_TIME] >= end:
+            return status
+        missing = max(S[passing.RUN_EVENTS] + lanes - len(events), S[passing.RUN_PEAKS] + lanes - len(peaks))
+        if missing > 0.0 or made[0] == len(free):
+            return FULL
+        # -- the rails
+        now, step = S[passing.RUN_TIME], made[0]
+        moments = w[begin : begin + free[0].size]
+        write_rails(
+            step - 1, writes, first, decay, turns, sets, phase, bay, (moments / force).reshape(shape), modes, spare
+        )
+        read_rails(step, reads, first, turns, sets, phase, bay, modes, spare, length, sinking, free[step])
+        place = step % len(local)
+        enter_macro_step(step, seconds, free[step].reshape(-1), local[place], answers[place], data, plan)
+        moments[:] = 0.0
+        made[0] += 1
+        # -- go on
+        searching.keep_contacts(wheels, kept)
+        hardest = passing.pass_breaks(now, data, plan, wheels)
+        contact_forces(now, data, plan, w, wheels)
+        passing.switch_contacts(now, multibody.SAME * data[asm.STATIC_INDENTATION], wheels, events, S)
+        contact_forces(now, data, plan, w, wheels)
+        S[passing.ANEW] = 1.0
+        if hardest != SOFT:
+            searching.log_corners(now, data[asm.PULSE], wheels, kept, peaks, S)
+            S[passing.NEXT_LENGTH] = passing.FIRST_STEP * data[asm.PULSE]
+
+
+def is_ready(task: OnRails) -> bool:
+    """Return False if marching begins with compiling."""
+    return MARCH.is_compiled()
+
+
+MACRO_STEPS = 4096
+"""Macro steps for which there is room at first."""
+
+
+def march(task: OnRails, tell: telling.Tell = telling.report_nothing) -> MultibodyMarch:
+    """March a vehicle on rails from its start to its end."""
+    A = task.assembly
+    end = float(A.numbers[asm.RUN_END])
+    tables = tables_of(task.track, end)
+    flat, work = asm.flattened_assembly(A), multibody.work_for(A)
+    made = np.ones(1, dtype=np.int64)
+    modes, free = first_macro_step(task, tables)
+    enter_macro_step(0, tables.seconds, free[0].ravel(), tables.local[0], tables.answers[0], *flat)
+    scales = _with_moments(A, tables)
+    passing.start_kernel(*flat, A.start, work.w, work.wheels, work.pieces, work.S)
+    spare, units = np.empty(modes.shape[1:]), task.track.units
+    while True:
+        room = work.steps[: int(work.S[passing.RUN_STEPS]) + telling.WAGON_CHUNK]
+        status = rails_kernel(
+            MARCH.address, end, *tables, task.sinking, units.length, units.force, modes, spare, free, made, *flat,
+            scales, *work._replace(steps=room),
+        )  # fmt: skip
+        steps, events, peaks = work.S[[passing.RUN_STEPS, passing.RUN_EVENTS, passing.RUN_PEAKS]].astype(int)
+        if status != FULL or tell(float(work.S[passing.RUN_TIME])):
+            log = RailLog(tables.seconds, free[: made[0]].reshape(made[0], -1), tables.local, tables.answers)
+            return MultibodyMarch(
+                status, work.steps[:steps], work.states[:steps], work.events[:events], work.peaks[:peaks],
+                float(work.S[passing.RUN_TIME]), work.w, int(work.S[passing.RATES_USED]), log,
+            )  # fmt: skip
+        work = multibody.grown_work(work)
+        free = telling.grown_table(free, float(made[0]), 1.0)
+
+
+def _with_moments(A: Assembly, tables: RailTables) -> FloatArray:
+    """Return the reciprocal error scales of all states; a moment's is that of the deflection that it makes."""
+    begin = int(A.rails[asm.RAIL_STATES])
+    one = (len(A.scales) - begin) // 2
+    most = np.abs(tables.answers).max(axis=0).reshape(one, one).max(axis=1) / A.numbers[asm.STATIC_INDENTATION]
+    return np.concatenate([A.scales[:begin], most, most])
+
+
+def first_macro_step(task: OnRails, tables: RailTables) -> tuple[FloatArray, FloatArray]:
+    """Return the modes at the start, (2, 2, modes), and the log of what they show, with its first row."""
+    order = np.argsort(np.abs(task.track.ring.rates), kind="stable")
+    held = task.modes[:, order]
+    modes = np.ascontiguousarray(np.stack([held.real, held.imag], axis=1))
+    nodes = len(tables.first)
+    free = np.zeros((MACRO_STEPS, 2, fours_of(len(tables.sets)), nodes, HALF))
+    spare = np.empty(modes.shape[1:])
+    read_rails(
+        0, tables.reads, tables.first, tables.turns, tables.sets, tables.phase, tables.bay, modes, spare,
+        task.track.units.length, task.sinking, free[0],
+    )  # fmt: skip
+    return modes, free

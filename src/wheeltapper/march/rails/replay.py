@@ -1,0 +1,124 @@
+"""The modes of both rails below a vehicle with many bodies at any time, from the logs of its march.
+
+A rail's modes follow from the moments of the forces on it, which are states of the vehicle. They are read where macro
+steps end, and at the asked times; all else is as below the contacts of the general march.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from wheeltapper.march import assembly as asm
+from wheeltapper.march import wheel_rows as wheel
+from wheeltapper.march.assembly import HALF
+from wheeltapper.march.general.layout import IM, RE
+from wheeltapper.march.general.replay import At, Modes, Starts, TrackRun, modes_under
+from wheeltapper.march.general.stepping import MODES_EVERY
+from wheeltapper.march.general.tables import without_bodies
+from wheeltapper.march.multibody import MultibodyMarch
+from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.rails.march import OnRails
+from wheeltapper.march.rails.modes import fours_of, tables_for
+from wheeltapper.march.replay import replay
+
+BESIDE = 1e-3
+"""Distance over which the forces' rates are differenced, in steps of the vehicle; its square is the relative error."""
+FORCE_ROWS = np.array([wheel.NORMAL, wheel.NORMAL_RATE])
+
+
+class RailAt(NamedTuple):
+    """A rail at some times: its modes, and each wheel's force with two derivatives, (times, wheelsets), SI units."""
+
+    modes: Modes
+    force: FloatArray
+    force_rate: FloatArray
+    force_bend: FloatArray
+
+
+def _with_checkpoints(run: TrackRun) -> TrackRun:
+    """Return the same with the modes at the start of every MODES_EVERY-th macro step."""
+    starts, held = Starts(run), np.empty(((len(run.moments) - 1) // MODES_EVERY + 1, *run.modes.shape[1:]))
+    starts.at(0)
+    for number, row in enumerate(held):
+        begins = starts.go_to(number * MODES_EVERY)
+        row[RE], row[IM] = begins.real, begins.imag
+    return run._replace(modes=held)
+
+
+class RailsReplay:
+    """What both rails do over a march, left and right; times are asked for in rising order."""
+
+    def __init__(self, task: OnRails, march: MultibodyMarch) -> None:
+        self._task, self._march, track = task, march, task.track
+        self._wheelsets = len(track.places)
+        made = tables_for(track, float(march.end))
+        self._seconds, self._force = made.grid.seconds, track.units.force
+        order = np.argsort(np.abs(track.ring.rates), kind="stable")
+        begun = task.modes[:, order]
+        moments = self._moments_of_macro_steps()
+        tables, begins = without_bodies(made, track.method), np.stack([begun.real, begun.imag], axis=1)
+        self._runs = [
+            _with_checkpoints(TrackRun(track.ring, tables, made.grid, self._force, moments[:, rail], begins[[rail]]))
+            for rail in range(2)
+        ]
+        self._starts = [Starts(run) for run in self._runs]
+
+    def _macro_steps(self) -> IntArray:
+        """Return the macro step of each step of the vehicle."""
+        begins, lengths = self._march.steps[:, asm.STEP_TIME], self._march.steps[:, asm.STEP_LENGTH]
+        return np.asarray(((begins + 0.5 * lengths) / self._seconds).astype(np.int64))
+
+    def _moments_of_macro_steps(self) -> FloatArray:
+        """Return the moments at the ends of all macro steps, and of the last one at the end of the march.
+
+        They are (steps, 2, wheelsets, nodes).
+        """
+        macro, begins = self._macro_steps(), self._march.steps[:, asm.STEP_TIME]
+        ends = np.append(begins[np.flatnonzero(np.diff(macro)) + 1], self._march.end)
+        states, _, _ = replay(self._task.assembly, self._march, np.nextafter(ends, 0.0), FORCE_ROWS[:0])
+        return self._as_moments(states)
+
+    def _as_moments(self, states: FloatArray) -> FloatArray:
+        """Return the moments among states, in units of the tables: (times, 2, wheelsets, nodes)."""
+        fours, nodes = fours_of(self._wheelsets), self._task.track.method.nodes
+        begin = int(self._task.assembly.rails[asm.RAIL_STATES])
+        held = states[:, begin : begin + 2 * fours * nodes * HALF].reshape(-1, 2, fours, nodes, HALF) / self._force
+        return np.moveaxis(held, 3, 4).reshape(-1, 2, fours * HALF, nodes)[:, :, : self._wheelsets]
+
+    def _forces(self, rows: FloatArray) -> FloatArray:
+        """Return forces and their rates on both rails from rows of the contacts: (times, 2, rails, wheelsets)."""
+        fours = fours_of(self._wheelsets)
+        found = rows.reshape(len(rows), 2, -1, fours, 2, HALF)  # treads, and flanges where there are
+        summed = np.where(found[:, :1] > 0.0, found, 0.0).sum(axis=2)
+        return np.moveaxis(summed, 2, 3).reshape(len(rows), 2, 2, fours * HALF)[..., : self._wheelsets]
+
+    def at(self, times: FloatArray) -> list[RailAt]:
+        """Return both rails at rising times, s."""
+        steps = self._march.steps
+        row = np.clip(np.searchsorted(steps[:, asm.STEP_TIME], times, side="right") - 1, 0, None)
+        begin, length = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
+        away = np.where(times - begin < 0.5 * length, BESIDE, -BESIDE) * length  # within the same step
+        asked = np.stack([times, times + away, times + 2.0 * away])
+        order = np.argsort(asked, axis=None, kind="stable")
+        states, _, rows = replay(self._task.assembly, self._march, asked.ravel()[order], FORCE_ROWS)
+        back = np.argsort(order, kind="stable").reshape(asked.shape)
+        force, rate = np.moveaxis(self._forces(rows[back[0]]), 1, 0)
+        near, far = (self._forces(rows[some])[:, 1] for some in back[1:])
+        bend = (4.0 * near - far - 3.0 * rate) / (2.0 * away[:, None, None])
+        moments, step = self._as_moments(states[back[0]]), self._macro_steps()[row]
+        theta = np.clip(times / self._seconds - step, 0.0, 1.0)
+        by_time = self._seconds / self._force
+        out = []
+        for rail, (run, starts) in enumerate(zip(self._runs, self._starts, strict=True)):
+            felt = [
+                At(
+                    force[:, rail, i] / self._force, rate[:, rail, i] * by_time,
+                    bend[:, rail, i] * by_time * self._seconds, moments[:, rail, i],
+                )
+                for i in range(self._wheelsets)
+            ]  # fmt: skip
+            modes = modes_under(run, step, theta, felt, starts)
+            out.append(RailAt(modes, force[:, rail], rate[:, rail], bend[:, rail]))
+        return out

@@ -1,0 +1,86 @@
+"""The rails below a wagon in a file: their modes as one array of numbers, and what they showed in each macro step."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import FLEXIBLE_TRACK
+from wheeltapper.march.assembly import HALF, Assembly
+from wheeltapper.march.general.structure import Ring
+from wheeltapper.march.general.tables import Units
+from wheeltapper.march.multibody import RIGID, RailLog
+from wheeltapper.march.rail_motion import rails_array
+from wheeltapper.march.rails.march import OnRails
+from wheeltapper.march.rails.modes import Track, fours_of, tables_of
+from wheeltapper.record import stored
+from wheeltapper.record.stored import UNDAMAGED, check, table
+from wheeltapper.record.stored_task import flat_part, method_of, stored_parts
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+
+def tables(below: OnRails, log: RailLog) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the tables and attributes of a file that contain the rails."""
+    track = below.track
+    parts = {
+        **{f"ring.{name}": value for name, value in track.ring._asdict().items()},
+        "method": np.array(track.method, dtype=float), "places": track.places, "units": np.array(track.units),
+        "modes": below.modes, "sinking": below.sinking,
+    }  # fmt: skip
+    out = {
+        "task": (("task_entry",), np.concatenate([flat_part(part) for part in parts.values()])),
+        "rails_free": (("macro_step", "coefficient"), log.free),
+    }
+    shapes = [[name, np.shape(part), np.asarray(part).dtype.kind] for name, part in parts.items()]
+    return out, {"task_parts": json.dumps(shapes)}
+
+
+def read(data: xr.Dataset, assembly: Assembly, scenario: Scenario) -> tuple[OnRails | None, RailLog]:
+    """Return the rails from a file's contents; refuse contents that no march can have written."""
+    if FLEXIBLE_TRACK not in scenario.needs:
+        check("assembly, rails", np.array([float(assembly.rails.size)]), assembly.rails.size == 0, "none")
+        return None, RIGID
+    parts = stored_parts(data)
+    try:
+        below = _below(parts, assembly, scenario)
+    except KeyError as error:
+        raise InputError("", "task_parts", f"nothing of {error.args[0]}", UNDAMAGED) from None
+    nodes, fours = below.track.method.nodes, fours_of(len(below.track.places))
+    coefficients = 2 * fours * HALF * nodes
+    if not np.array_equal(assembly.rails, rails_array(nodes, fours, len(assembly.start) - coefficients)):
+        raise InputError("", "assembly, rails", "those of another track", UNDAMAGED)
+    try:
+        made = tables_of(below.track, float(scenario.duration))
+    except (ValueError, IndexError, np.linalg.LinAlgError) as error:
+        raise InputError("", "task", f"numbers of no track ({error})"[:120], UNDAMAGED) from error
+    free = table(data, "rails_free", None, coefficients)
+    end = stored.stored_attribute(data, "end", float)
+    enough = len(free) * made.seconds >= end * (1.0 - 1e-9)
+    check("rails_free", np.array([float(len(free))]), enough, "a row for each macro step")
+    return below, RailLog(made.seconds, free, made.local, made.answers)
+
+
+def _below(parts: dict[str, Any], assembly: Assembly, scenario: Scenario) -> OnRails:
+    """Return the rails from their arrays."""
+    arrays = {name: parts[f"ring.{name}"] for name in Ring._fields}
+    ring = Ring(**arrays)._replace(
+        spacing=float(arrays["spacing"]), bays=int(arrays["bays"]), seats=int(arrays["seats"])
+    )  # fmt: skip
+    wheelsets = len(scenario.vehicle.axles)
+    shapes = {"places": (wheelsets,), "units": (2,), "modes": (2, len(ring.rates)), "sinking": (2, wheelsets)}
+    for name, shape in shapes.items():
+        if parts[name].shape != shape:
+            raise InputError("", f"task, {name}", f"the shape {parts[name].shape}", f"{shape}; {UNDAMAGED}")
+    length, force = parts["units"].tolist()
+    check("task, units", parts["units"], parts["units"] > 0.0, "positive numbers")
+    track = Track(ring, method_of(parts["method"]), parts["places"], float(scenario.speed), Units(length, force))
+    return OnRails(assembly, track, parts["modes"], parts["sinking"])

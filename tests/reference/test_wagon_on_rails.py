@@ -1,0 +1,75 @@
+"""A wagon on rails against the general march: half a coach that cannot roll is a bogie in the vertical plane."""
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+
+HELD = ("x", "y", "roll", "yaw")
+NUMBERS = {
+    "wheelset_mass": 1350.0, "frame_mass": 2900.0, "pitch_inertia": 1700.0, "wheelbase": 2.4,
+    "primary_stiffness": 2.1e6, "primary_damping": 2.5e4, "secondary_stiffness": 7e5, "secondary_damping": 3e4,
+}  # fmt: skip
+TRACK = wt.tracks.Ballasted(**wt.tracks.Ballasted.example | {"bays": 90, "first_sleeper": 0.17})
+
+
+def half_coach():
+    half = 0.5 * NUMBERS["wheelbase"]
+    frame = wt.vehicles.Body(
+        name="frame", mass=NUMBERS["frame_mass"], inertia=(2e3, NUMBERS["pitch_inertia"], 3e3),
+        position=(-half, 0.0, 0.6), held=HELD,
+    )  # fmt: skip
+    axles = tuple(
+        wt.vehicles.Axle(
+            mass=NUMBERS["wheelset_mass"], inertia=(800.0, 90.0, 800.0), position=x, held=(*HELD, "pitch"), load=5.2e4
+        )
+        for x in (0.0, -2.0 * half)
+    )
+    ends = {f"wheelset {n}": ("primary", (axle.position, 0.0, 0.6)) for n, axle in enumerate(axles, 1)}
+    ends["ground"] = "secondary", (-half, 0.0, 0.6)
+    elements = []
+    for end, (name, at) in ends.items():
+        common = {"between": ("frame", end), "at": at}
+        elements += [
+            wt.vehicles.Spring(name=f"spring {end}", stiffness=(0.0, 0.0, NUMBERS[f"{name}_stiffness"]), **common),
+            wt.vehicles.Damper(name=f"damper {end}", damping=(0.0, 0.0, NUMBERS[f"{name}_damping"]), **common),
+        ]
+    return wt.Wagon(bodies=(frame,), axles=axles, elements=tuple(elements))
+
+
+TRACK_ALLOWED = {"default": (2e-6, 1.5e-3), "strict": (1e-7, 2e-4)}
+"""Of the largest value, and of the largest acceleration: that jumps where a force begins, and moves with the event."""
+
+
+@pytest.mark.parametrize(
+    ("speed", "rolling", "irregularity"),
+    [
+        (20.0, "point", wt.Corrugation(amplitude=2e-4, wavelength=0.1, start=0.05)),
+        (33.0, "circle", wt.WheelFlat(length="60 mm", position=0.4, repeat=False)),
+    ],
+)
+@pytest.mark.parametrize(("method", "allowed"), [("default", 3e-9), ("strict", 1e-11)])
+def test_half_a_coach_is_a_bogie(speed, rolling, irregularity, method, allowed):
+    common = {
+        "contact": wt.Hertz(constant_per_wheel=8e10, curvature=False), "speed": speed, "duration": 0.06,
+        "irregularity": irregularity, "rolling": rolling, "track": TRACK,
+    }  # fmt: skip
+    coach = wt.simulate(wt.Scenario(vehicle=half_coach(), profiles=wt.profiles.Cones(), **common), method)
+    load = float(coach.static_forces[0].sum())
+    bogie = wt.simulate(wt.Scenario(vehicle=wt.vehicles.Bogie(wheel_load=load, **NUMBERS), **common), method)
+    for side in ("left", "right"):
+        own = coach.events.time[coach.events.side == side]
+        assert len(own) == len(bogie.events.time) >= 2
+        np.testing.assert_allclose(own, bogie.events.time, rtol=0, atol=allowed)
+    times = np.linspace(0.0, 0.06, 301)
+    one, other = coach.at(times), bogie.at(times)
+    for side in ("left", "right"):
+        force, rail = (one[name].sel(side=side) for name in ("normal_force", "rail_displacement"))
+        np.testing.assert_allclose(2.0 * force, other.normal_force, rtol=0, atol=1e-4 * load)
+        np.testing.assert_allclose(rail, other.rail_displacement, rtol=0, atol=1e-8)
+    beside = {"rate": 4321.0, "rail": [0.5, -1.0], "seat": [1, -3]}
+    own, under = coach.track(**beside), bogie.track(**beside)
+    for name, values in under.data_vars.items():
+        allowed = TRACK_ALLOWED[method]["acceleration" in name] * float(np.abs(values).max())
+        for side in ("left", "right"):
+            np.testing.assert_allclose(own[name].sel(side=side), values, rtol=0, atol=allowed)
