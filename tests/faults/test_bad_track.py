@@ -30,6 +30,8 @@ NAMES = "rolland_UIC60_example, rolland_Nordborg, Zhai2004, railFE_default"
         ({"pad_stiffness": 0.0}, "pad_stiffness: found 0.0; allowed: greater than 0"),
         ({"ballast_stiffness": float("inf")}, "ballast_stiffness: found inf; allowed: a finite stiffness"),
         ({"sleeper_mass": 0.0}, "sleeper_mass: found 0.0; allowed: greater than 0"),
+        ({"sleeper_roll_inertia": 0.0}, "sleeper_roll_inertia: found 0.0; allowed: greater than 0"),
+        ({"ballast_roll_stiffness": 1e8}, "ballast_roll_stiffness: found one without sleeper_roll_inertia; allowed: "),
         ({"rail": "UIC 60"}, f"rail: found 'UIC 60'; allowed: UIC60, 60E1, {NAMES} (did you mean 'UIC60'?)"),
         ({"rail": 60}, "rail: found 60; allowed: Rail, or a table of its fields"),
         ({"rail": RAIL | {"damping": -1e-6}}, "rail.damping: found -1e-06; allowed: greater than or equal to 0"),

@@ -47,6 +47,7 @@ UNITS: dict[str, dict[str, float]] = {
     "time per length": {"s/m": 1.0, "s/mm": 1e3},
     "moment of inertia": {"kg m^2": 1.0, "kg m2": 1.0, "t m^2": 1e3},
     "angular stiffness": _prefixed_units("N", "kM", " m/rad") | _prefixed_units("N", "kM", "m/rad"),
+    "angular damping": _prefixed_units("N", "kM", " m s/rad") | _prefixed_units("N", "kM", " m s"),
     "bending stiffness": _prefixed_units("N", "kM", " m^2") | _prefixed_units("N", "kM", "m^2"),
     "mass per length": {"kg/m": 1.0, "t/m": 1e3, "lb/yd": 0.45359237 / 0.9144},
     "inertia per length": {"kg m": 1.0},
@@ -59,8 +60,8 @@ PINT = {
     "length": "m", "mass": "kg", "force": "N", "stiffness": "N/m", "damping": "N*s/m", "speed": "m/s", "time": "s",
     "pressure": "Pa", "Hertz constant": "N/m**1.5", "acceleration": "m/s**2", "angle": "rad", "curvature": "1/m",
     "time per length": "s/m", "moment of inertia": "kg*m**2", "angular stiffness": "N*m/rad", "number": "",
-    "bending stiffness": "N*m**2", "mass per length": "kg/m", "inertia per length": "kg*m",
-    "frequency": "Hz", "acceleration noise density": "m/s**2/Hz**0.5",
+    "angular damping": "N*m*s/rad", "bending stiffness": "N*m**2", "mass per length": "kg/m",
+    "inertia per length": "kg*m", "frequency": "Hz", "acceleration noise density": "m/s**2/Hz**0.5",
 }  # fmt: skip
 """The SI unit of each dimension, as pint spells it."""
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")

@@ -67,6 +67,11 @@ SUDDEN = Note(
     "sudden start",
 )
 """What a start at speed from a static state means."""
+HALVES = Note(
+    "all wheels are on one rail, and its half-sleepers do not know of the others: sleepers roll below a Wagon only",
+    "sleepers' roll",
+)
+"""What is left out where the track says how sleepers roll."""
 
 
 @dataclass(frozen=True)
@@ -126,6 +131,8 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
     said = (*implausible_notes(scenario), *vehicle.notes, *notes)
     if under.reach is not None:
         said = (*said, *under.reach.notes, *recurring, *_excitation_note(scenario, vehicle.plane, under.reach))
+        if vehicle.plane.rails == 1 and scenario.track.rolls:
+            said = (*said, HALVES)
     if under.modes is not None and scenario.speed > 0.0:
         said = (*said, SUDDEN)
     if YIELDING in scenario.needs and len(tables) > 1 and task.memory is None:

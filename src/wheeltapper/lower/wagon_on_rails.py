@@ -1,4 +1,4 @@
-"""From a scenario with a wagon on rails that give way to its program: the wagon, and each of two equal rails below it.
+"""From a scenario with a wagon on rails that give way to its program: the wagon, and two equal rails below it.
 
 The wagon starts as it stands on a stiff track, and each rail as it lies at rest under the wheels' forces there: springs
 carry what they have to, as below every vehicle (docs/theory/track.rst).
@@ -16,15 +16,15 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.on_rails import GENERAL_METHODS, SUDDEN, check_speed
 from wheeltapper.lower.standing import normal_forces
-from wheeltapper.lower.track.reach import Reach, cutoff_note, modes_of
+from wheeltapper.lower.track.reach import Reach, cutoff_note, modes_of, rolling_modes_of
 from wheeltapper.lower.wagon import LoweredWagon, lower_wagon
 from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import HALF, Assembly
 from wheeltapper.march.general.march import rest_of
 from wheeltapper.march.general.tables import Units
 from wheeltapper.march.rail_motion import rails_array
-from wheeltapper.march.rails.march import OnRails
-from wheeltapper.march.rails.modes import Track, fours_of, system_of
+from wheeltapper.march.rails.march import OnRails, ways_of
+from wheeltapper.march.rails.modes import AGAINST, TOGETHER, Track, fours_of, system_of
 
 FloatArray = NDArray[np.float64]
 TOLERANCES = {"default": 1e-6, "strict": 1e-8}
@@ -35,7 +35,8 @@ TWO_RAILS = Note(
     "vertically only, and creep forces act on the wheelsets alone",
     "two rails",
 )
-"""What the march leaves out of a real track."""
+ROLLING = Note("rails move vertically only, and creep forces act on the wheelsets alone", "two rails")
+"""What the march leaves out of a real track, without and with sleepers that roll."""
 
 
 def lower_wagon_on_rails(scenario: Scenario, method: str = "default") -> LoweredWagon:
@@ -43,17 +44,19 @@ def lower_wagon_on_rails(scenario: Scenario, method: str = "default") -> Lowered
     lowered = lower_wagon(scenario, method)
     places = np.array([axle.position for axle in scenario.vehicle.axles], dtype=float)
     modes, reach = modes_of(scenario.track, method, float(np.ptp(places)))
+    rings = modes.ring, rolling_modes_of(scenario.track, reach).ring if scenario.track.rolls else modes.ring
     chosen = GENERAL_METHODS[method]
     check_speed(float(scenario.speed), scenario.track, modes.ring, chosen, float(scenario.speed * scenario.duration))
     units = _units(lowered)
     from_seat = places - float(scenario.track.first_sleeper)
-    track = Track(modes.ring, chosen, from_seat, float(scenario.speed), units)
-    force = normal_forces(lowered.assembly, lowered.assembly.start, len(places))
-    rest = rest_of(system_of(track))
+    track = Track(rings, chosen, from_seat, float(scenario.speed), units)
+    force = ways_of(normal_forces(lowered.assembly, lowered.assembly.start, len(places)).T)
+    rest = [rest_of(system_of(track, way)) for way in (TOGETHER, AGAINST)]
     assembly = _with_moments(lowered, track, TOLERANCES[method])
-    amplitudes = force.T @ rest.amplitudes
-    below = OnRails(assembly, track, amplitudes, force.T @ rest.deflections.T)
-    said = (TWO_RAILS, *reach.notes, *_excitation(scenario, reach))
+    amplitudes = force[TOGETHER] @ rest[TOGETHER].amplitudes, force[AGAINST] @ rest[AGAINST].amplitudes
+    together, against = (one @ way.deflections.T for one, way in zip(force, rest, strict=True))
+    below = OnRails(assembly, track, amplitudes, np.stack([together + against, together - against]))
+    said = (ROLLING if track.rolls else TWO_RAILS, *reach.notes, *_excitation(scenario, reach))
     if scenario.speed > 0.0:
         said = (*said, SUDDEN)
     return replace(lowered, assembly=assembly, below=below, notes=(*lowered.notes, *said))
@@ -63,7 +66,7 @@ def _with_moments(lowered: LoweredWagon, track: Track, tolerance: float) -> Asse
     """Return the assembly with the moments of the forces of a macro step as further states, after all others."""
     A, nodes, fours = lowered.assembly, track.method.nodes, fours_of(len(track.places))
     more, states = np.zeros(2 * fours * nodes * HALF), len(A.start)
-    rails = rails_array(nodes, fours, states)
+    rails = rails_array(nodes, fours, states, track.rolls)
     numbers = A.numbers.copy()
     numbers[asm.STEP_TOLERANCE] = tolerance
     return A._replace(numbers=numbers, start=np.append(A.start, more), scales=np.append(A.scales, more), rails=rails)

@@ -7,13 +7,16 @@ deflection under wheel i is
     w_i(θ) = Σ_m P_m(z)·(d_im + Σ_j Σ_l B_ijml·m_jl) + r_i(θ)·N_i
 
 where d is what moves without these forces, B the track's answer to them, and r the local compliance that its modes
-leave out. The moments are states of the vehicle's march; what is between two macro steps is done in `rails`. Each of
-the two rails is one track; both are equal. The wheels' treads and flanges press the same place of a rail.
+leave out. The moments are states of the vehicle's march; what is between two macro steps is done in `rails`. The
+wheels' treads and flanges press the same place of a rail.
 
-Wheelsets come in fours, as in the octets of contacts, so that the innermost index is a lane: coefficients of one rail
-are (fours, nodes, HALF). The array `rails` of an assembly holds, one behind the other: RAIL_NUMBERS; d of both rails;
-r; B, of one rail by one rail with the force first; and scratch memory: P and P', the deflection's coefficients, and the
-moments' rates of both rails.
+Both rails are equal. They move together and against one another: d, B and the deflections w belong to these two ways,
+of which the left rail is the sum and the right one the difference.
+
+Wheelsets come in fours, as in the octets of contacts, so that the innermost index is a lane: coefficients of one way
+are (fours, nodes, HALF). The array `rails` of an assembly holds, one behind the other: RAIL_NUMBERS; d of both ways; r;
+B of each way with the force first, only one where sleepers do not roll; and scratch memory: P and P', the deflections'
+coefficients, and the moments' rates of both rails.
 """
 
 from __future__ import annotations
@@ -39,18 +42,22 @@ ROWS_AT_ONCE = 4
 """Moments whose answers are added in one go."""
 
 
-def rails_array(nodes: int, fours: int, states: int) -> FloatArray:
-    """Return the array `rails` of rails at rest without a load; the moments begin at `states` in the state."""
+def rails_array(nodes: int, fours: int, states: int, rolls: bool) -> FloatArray:
+    """Return the array `rails` of rails at rest without a load; the moments begin at `states` in the state.
+
+    `rolls` says that the rails against one another are another track than the rails together.
+    """
     one = fours * nodes * HALF
-    out = np.zeros(asm.RAIL_NUMBERS + 2 * one + one + one * one + 2 * nodes + 4 * one)
+    against = one * one if rolls else 0
+    out = np.zeros(asm.RAIL_NUMBERS + 2 * one + one + one * one + against + 2 * nodes + 4 * one)
     out[asm.RAIL_SECONDS] = 1.0
-    out[[asm.RAIL_NODES, asm.RAIL_FOURS, asm.RAIL_STATES]] = nodes, fours, states
+    out[[asm.RAIL_NODES, asm.RAIL_FOURS, asm.RAIL_STATES, asm.RAIL_AGAINST]] = nodes, fours, states, against
     return out
 
 
 @inlined_kernel
 def places_of(data: FloatArray, plan: IntArray) -> tuple[int, int, int, int, int, int, int, int, int]:
-    """Return the nodes, the size of one rail's coefficients, and where all begins in the data.
+    """Return the nodes, the size of one way's coefficients, and where all begins in the data.
 
     That is d, r, B, P, P', the deflections' coefficients and the moments' rates.
     """
@@ -60,7 +67,7 @@ def places_of(data: FloatArray, plan: IntArray) -> tuple[int, int, int, int, int
     free = at + asm.RAIL_NUMBERS
     local = free + 2 * one
     answers = local + one
-    values = answers + one * one
+    values = answers + one * one + int(data[at + asm.RAIL_AGAINST])
     present = values + 2 * nodes
     return nodes, one, free, local, answers, values, values + nodes, present, present + 2 * one
 
@@ -93,29 +100,34 @@ def enter_logged_step(
 
 
 @uncounted_kernel
-def _add_four(A: FloatArray, x: FloatArray, out: FloatArray) -> None:
-    """Add four rows of A, one behind the other, times the entries of x."""
+def _add_four(A: FloatArray, x: FloatArray, y: FloatArray, factor: float, out: FloatArray) -> None:
+    """Add four rows of A, one behind the other, times the entries of x/2 + factor·y."""
     one = len(out)
     first, second, third, fourth = A[:one], A[one : 2 * one], A[2 * one : 3 * one], A[3 * one :]
-    a, b, c, d = x[ROW_A], x[ROW_B], x[ROW_C], x[ROW_D]
+    a, b = 0.5 * x[ROW_A] + factor * y[ROW_A], 0.5 * x[ROW_B] + factor * y[ROW_B]
+    c, d = 0.5 * x[ROW_C] + factor * y[ROW_C], 0.5 * x[ROW_D] + factor * y[ROW_D]
     for k in range(one):
         out[k] += a * first[k] + b * second[k] + c * third[k] + d * fourth[k]
 
 
 @uncounted_kernel
-def _add_answers(one: int, at: int, answers: int, to: int, w: FloatArray, data: FloatArray) -> None:
-    """Add what the rails answer to moments, w from `at` on, to coefficients, data from `to` on; `one`: of one rail."""
-    left, right = data[to : to + one], data[to + one : to + 2 * one]
-    x, y = w[at : at + one], w[at + one : at + 2 * one]
+def _add_answers(one: int, at: int, answers: int, against: int, to: int, w: FloatArray, data: FloatArray) -> None:
+    """Add what both ways answer to moments of the rails, w from `at` on, to their coefficients, data from `to` on.
+
+    `one` is the size of one of them, `against` the distance between the answers of both ways.
+    """
+    together, apart = data[to : to + one], data[to + one : to + 2 * one]
+    left, right = w[at : at + one], w[at + one : at + 2 * one]
     for j in range(0, one, ROWS_AT_ONCE):
-        rows = data[answers + j * one : answers + (j + ROWS_AT_ONCE) * one]
-        _add_four(rows, x[j : j + ROWS_AT_ONCE], left)
-        _add_four(rows, y[j : j + ROWS_AT_ONCE], right)
+        rows = slice(j, j + ROWS_AT_ONCE)
+        begin, length = answers + j * one, ROWS_AT_ONCE * one
+        _add_four(data[begin : begin + length], left[rows], right[rows], 0.5, together)
+        _add_four(data[begin + against : begin + against + length], left[rows], right[rows], -0.5, apart)
 
 
 @inlined_kernel
-def _sum_lanes(first: int, step: int, values: int, nodes: int, row: int, data: FloatArray, L: FloatArray) -> None:
-    """Write Σ_m P_m·(coefficients) of eight lanes; the left rail's begin at `first`, the right one's `step` later."""
+def _sum_lanes(first: int, values: int, nodes: int, row: int, data: FloatArray, L: FloatArray) -> None:
+    """Write Σ_m P_m·(coefficients) of eight lanes, the same for both rails."""
     for i in range(LANES):
         L[row + i] = 0.0
     for m in range(nodes):
@@ -123,7 +135,23 @@ def _sum_lanes(first: int, step: int, values: int, nodes: int, row: int, data: F
         at = first + m * HALF
         for i in range(HALF):
             L[row + i] += value * data[at + i]
-            L[row + HALF + i] += value * data[at + step + i]
+            L[row + HALF + i] += value * data[at + i]
+
+
+@inlined_kernel
+def _sum_ways(first: int, one: int, values: int, nodes: int, row: int, data: FloatArray, L: FloatArray) -> None:
+    """Write Σ_m P_m·(coefficients) of eight lanes: for the left rail the sum of both ways, else the difference.
+
+    Coefficients of the rails together begin at `first`, those of the rails against one another `one` later.
+    """
+    for i in range(LANES):
+        L[row + i] = 0.0
+    for m in range(nodes):
+        value = data[values + m]
+        at = first + m * HALF
+        for i in range(HALF):
+            L[row + i] += value * (data[at + i] + data[at + one + i])
+            L[row + HALF + i] += value * (data[at + i] - data[at + one + i])
 
 
 @inlined_kernel
@@ -155,13 +183,13 @@ def free_rails(t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels
     _write_legendre(2.0 * (t - data[at + asm.RAIL_BEGAN]) / seconds - 1.0, nodes, values, slopes, data)
     for k in range(2 * one):
         data[present + k] = data[free + k]
-    _add_answers(one, int(data[at + asm.RAIL_STATES]), answers, present, w, data)
+    _add_answers(one, int(data[at + asm.RAIL_STATES]), answers, int(data[at + asm.RAIL_AGAINST]), present, w, data)
     treads = int(data[asm.TREADS])
     for o in range(wheels.shape[0]):
         L = wheels[o]
         own = present + o % treads * nodes * HALF
-        _sum_lanes(own, one, values, nodes, wheel.ROW_RAIL, data, L)
-        _sum_lanes(own, one, slopes, nodes, wheel.RAIL_RATE, data, L)
+        _sum_ways(own, one, values, nodes, wheel.ROW_RAIL, data, L)
+        _sum_ways(own, one, slopes, nodes, wheel.RAIL_RATE, data, L)
         for i in range(LANES):
             L[wheel.RAIL_RATE + i] *= 2.0 / seconds
 
@@ -222,7 +250,7 @@ def press_rails(rated: bool, data: FloatArray, plan: IntArray, wheels: FloatArra
         G = wheels[(o + treads) % wheels.shape[0]]
         flanged = wheels.shape[0] > treads and G[wheel.AWAKE] != 0.0
         first = o * nodes * HALF
-        _sum_lanes(local + first, 0, values, nodes, wheel.SOFTNESS, data, T)
+        _sum_lanes(local + first, values, nodes, wheel.SOFTNESS, data, T)
         _settle(flanged, T, G)
         _press(T, T)
         if flanged:
@@ -250,19 +278,20 @@ def _growths(i: int, L: FloatArray) -> tuple[float, float]:
 @kernel
 def _add_force_rates(data: FloatArray, plan: IntArray, wheels: FloatArray) -> None:
     """Correct the rates: the rails yield to the present forces at once by a little, and r·N changes."""
-    seconds = data[plan[asm.AT_RAILS] + asm.RAIL_SECONDS]
+    at = plan[asm.AT_RAILS]
+    seconds, against = data[at + asm.RAIL_SECONDS], int(data[at + asm.RAIL_AGAINST])
     nodes, one, _, local, answers, values, slopes, present, growing = places_of(data, plan)
     for k in range(2 * one):
         data[present + k] = 0.0
-    _add_answers(one, growing, answers, present, data, data)
+    _add_answers(one, growing, answers, against, present, data, data)
     treads = int(data[asm.TREADS])
     for o in range(treads):
         T = wheels[o]
         G = wheels[(o + treads) % wheels.shape[0]]
         flanged = wheels.shape[0] > treads and G[wheel.AWAKE] != 0.0
         first = o * nodes * HALF
-        _sum_lanes(present + first, one, values, nodes, wheel.ROW_SINKS, data, T)
-        _sum_lanes(local + first, 0, slopes, nodes, wheel.ROW_EXCESS, data, T)
+        _sum_ways(present + first, one, values, nodes, wheel.ROW_SINKS, data, T)
+        _sum_lanes(local + first, slopes, nodes, wheel.ROW_EXCESS, data, T)
         for i in range(LANES):
             r = T[wheel.SOFTNESS + i]
             sinks = (T[wheel.ROW_SINKS + i] + 2.0 * T[wheel.ROW_EXCESS + i] * T[wheel.ROW_FORCE + i]) / seconds

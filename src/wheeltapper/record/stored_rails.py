@@ -17,7 +17,7 @@ from wheeltapper.march.general.tables import Units
 from wheeltapper.march.multibody import RIGID, RailLog
 from wheeltapper.march.rail_motion import rails_array
 from wheeltapper.march.rails.march import OnRails
-from wheeltapper.march.rails.modes import Track, fours_of, tables_of
+from wheeltapper.march.rails.modes import AGAINST, TOGETHER, Track, fours_of, tables_of
 from wheeltapper.record import stored
 from wheeltapper.record.stored import UNDAMAGED, check, table
 from wheeltapper.record.stored_task import flat_part, method_of, stored_parts
@@ -26,16 +26,21 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
+WAYS = ("together", "against")
+"""Prefixes of the ways in which the rails move; one that is like the first has no ring in the file."""
 
 
 def tables(below: OnRails, log: RailLog) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the tables and attributes of a file that contain the rails."""
     track = below.track
-    parts = {
-        **{f"ring.{name}": value for name, value in track.ring._asdict().items()},
+    parts: dict[str, Any] = {
         "method": np.array(track.method, dtype=float), "places": track.places, "units": np.array(track.units),
-        "modes": below.modes, "sinking": below.sinking,
+        "sinking": below.sinking,
     }  # fmt: skip
+    for way, ring, modes in zip(WAYS, track.rings, below.modes, strict=True):
+        parts[f"{way}.modes"] = modes
+        if ring is not track.rings[TOGETHER] or way == WAYS[TOGETHER]:
+            parts |= {f"{way}.{name}": value for name, value in ring._asdict().items()}
     out = {
         "task": (("task_entry",), np.concatenate([flat_part(part) for part in parts.values()])),
         "rails_free": (("macro_step", "coefficient"), log.free),
@@ -56,7 +61,8 @@ def read(data: xr.Dataset, assembly: Assembly, scenario: Scenario) -> tuple[OnRa
         raise InputError("", "task_parts", f"nothing of {error.args[0]}", UNDAMAGED) from None
     nodes, fours = below.track.method.nodes, fours_of(len(below.track.places))
     coefficients = 2 * fours * HALF * nodes
-    if not np.array_equal(assembly.rails, rails_array(nodes, fours, len(assembly.start) - coefficients)):
+    expected = rails_array(nodes, fours, len(assembly.start) - coefficients, below.track.rolls)
+    if not np.array_equal(assembly.rails, expected):
         raise InputError("", "assembly, rails", "those of another track", UNDAMAGED)
     try:
         made = tables_of(below.track, float(scenario.duration))
@@ -71,16 +77,25 @@ def read(data: xr.Dataset, assembly: Assembly, scenario: Scenario) -> tuple[OnRa
 
 def _below(parts: dict[str, Any], assembly: Assembly, scenario: Scenario) -> OnRails:
     """Return the rails from their arrays."""
-    arrays = {name: parts[f"ring.{name}"] for name in Ring._fields}
-    ring = Ring(**arrays)._replace(
-        spacing=float(arrays["spacing"]), bays=int(arrays["bays"]), seats=int(arrays["seats"])
-    )  # fmt: skip
+    together = _ring(parts, WAYS[TOGETHER])
+    rolls = f"{WAYS[AGAINST]}.rates" in parts
+    rings = together, _ring(parts, WAYS[AGAINST]) if rolls else together
     wheelsets = len(scenario.vehicle.axles)
-    shapes = {"places": (wheelsets,), "units": (2,), "modes": (2, len(ring.rates)), "sinking": (2, wheelsets)}
+    shapes = {"places": (wheelsets,), "units": (2,), "sinking": (2, wheelsets)}
+    shapes |= {f"{way}.modes": ring.rates.shape for way, ring in zip(WAYS, rings, strict=True)}
     for name, shape in shapes.items():
         if parts[name].shape != shape:
             raise InputError("", f"task, {name}", f"the shape {parts[name].shape}", f"{shape}; {UNDAMAGED}")
     length, force = parts["units"].tolist()
     check("task, units", parts["units"], parts["units"] > 0.0, "positive numbers")
-    track = Track(ring, method_of(parts["method"]), parts["places"], float(scenario.speed), Units(length, force))
-    return OnRails(assembly, track, parts["modes"], parts["sinking"])
+    track = Track(rings, method_of(parts["method"]), parts["places"], float(scenario.speed), Units(length, force))
+    modes = parts[f"{WAYS[TOGETHER]}.modes"], parts[f"{WAYS[AGAINST]}.modes"]
+    return OnRails(assembly, track, modes, parts["sinking"])
+
+
+def _ring(parts: dict[str, Any], way: str) -> Ring:
+    """Return the ring of one way to move."""
+    arrays = {name: parts[f"{way}.{name}"] for name in Ring._fields}
+    return Ring(**arrays)._replace(
+        spacing=float(arrays["spacing"]), bays=int(arrays["bays"]), seats=int(arrays["seats"])
+    )  # fmt: skip

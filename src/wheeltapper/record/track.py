@@ -15,7 +15,7 @@ from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.lower.on_rails import LoweredOnRails
 from wheeltapper.lower.track.anomalies import NONE, Anomalies
 from wheeltapper.lower.track.irregular import IrregularModes
-from wheeltapper.lower.track.reach import modes_of
+from wheeltapper.lower.track.reach import modes_of, rolling_modes_of
 from wheeltapper.lower.track.readouts import (
     place_of,
     rail_rows,
@@ -93,15 +93,16 @@ def track(
     rate = 20_000 / record.end if rate is None else as_quantity(rate, "rate", "frequency")
     extent.check_samples("rate", f"{rate:g} per second", record.end * rate + 1.0, 8 * (len(x) + len(seats)))
     times = np.arange(int(np.floor(record.end * rate * (1 + 1e-12))) + 1) / rate
-    section, foot = section_of(record.scenario.track), float(record.scenario.track.rail.foot_distance)
     ridden = _below_wagon(record) if SEVERAL_BODIES in record.scenario.needs else _below_plane(record)
-    places = [_rail_place(section, foot, ridden.modes, ridden.anomalies, one - ridden.seat) for one in x]
-    places += [_seat_place(section, ridden.modes, ridden.anomalies, number) for number in seats]
-    read = np.empty((len(times), len(ridden.sides) or 1, len(places), 4))
+    places = [_places(record, ridden, way, x, seats) for way in range(len(ridden.ways))]
+    read = np.empty((len(times), len(ridden.ways), len(places[0]), 4))
     for first in range(0, len(times), CHUNK):
         chunk = slice(first, first + CHUNK)
-        for number, shown in enumerate(ridden.at(times[chunk])):
-            read[chunk, number] = _readings(record, ridden, shown, places, times[chunk])
+        for way, shown in enumerate(ridden.at(times[chunk])):
+            read[chunk, way] = _readings(record, ridden, way, shown, places[way], times[chunk])
+    if ridden.sides:
+        together, against = read[:, 0].copy(), read[:, 1].copy()
+        read[:, 0], read[:, 1] = together + against, together - against
     variables: dict[str, Any] = {"time": (("time",), times)}
     if ridden.sides:
         variables["side"] = ("side",), list(ridden.sides)
@@ -116,6 +117,13 @@ def track(
         for name in ("sleeper_displacement", "sleeper_acceleration", "ballast_force"):
             variables.pop(name, None)
     return dataset(variables)
+
+
+def _places(record: Record, ridden: _Ridden, way: int, x: list[float], seats: list[int]) -> list[_Place]:
+    """Return the places of the rail, m, and the seats, as they read one way of the rails to move."""
+    (section, modes), foot = ridden.ways[way], float(record.scenario.track.rail.foot_distance)
+    places = [_rail_place(section, foot, modes, ridden.anomalies, one - ridden.seat) for one in x]
+    return places + [_seat_place(section, modes, ridden.anomalies, number) for number in seats]
 
 
 def _as_seats(given: Any) -> list[int]:
@@ -169,7 +177,9 @@ class _Ridden(NamedTuple):
 
     Attributes
     ----------
-    modes, anomalies
+    ways
+        Section and modes of each way to move: one, or both rails together and against one another.
+    anomalies
         Of each of them.
     seat
         Position of the seat from which the march counts, m.
@@ -178,12 +188,12 @@ class _Ridden(NamedTuple):
     residuals
         Local compliance below each void, m/N; their forces follow those of the wheels.
     at
-        From rising times to each rail.
+        From rising times to each way.
     sides
         Names of the rails; none where one stands for all.
     """
 
-    modes: TrackModes | IrregularModes
+    ways: tuple[tuple[Section, TrackModes | IrregularModes], ...]
     anomalies: Anomalies
     seat: float
     wheels: list[float]
@@ -204,25 +214,28 @@ def _below_plane(record: Record) -> _Ridden:
         found = run.modes_of_track(record._march, times)
         return [RailAt(found, shown.force, shown.force_rate, shown.force_bend)]
 
+    ways = ((section_of(record.scenario.track), lowered.modes),)
     return _Ridden(
-        lowered.modes, lowered.anomalies, lowered.seat, [one.position for one in system.wheels],
+        ways, lowered.anomalies, lowered.seat, [one.position for one in system.wheels],
         [port.residual for port in system.ports], at,
     )  # fmt: skip
 
 
 def _below_wagon(record: Record) -> _Ridden:
-    scenario, below = record.scenario, record._lowered.below
+    track, below = record.scenario.track, record._lowered.below
     places = below.track.places
-    modes, _ = modes_of(scenario.track, record.method, float(np.ptp(places)))
+    modes, reach = modes_of(track, record.method, float(np.ptp(places)))
+    ways = (section_of(track), modes), (section_of(track, rolling=True), rolling_modes_of(track, reach))
     return _Ridden(
-        modes, NONE, float(scenario.track.first_sleeper), places.tolist(), [],
-        run.rails_below(below, record._march).at, SIDES[:2],
-    )  # fmt: skip
+        ways, NONE, float(track.first_sleeper), places.tolist(), [], run.rails_below(below, record._march).at, SIDES[:2]
+    )
 
 
-def _readings(record: Record, ridden: _Ridden, shown: RailAt, places: list[_Place], times: FloatArray) -> FloatArray:
+def _readings(
+    record: Record, ridden: _Ridden, way: int, shown: RailAt, places: list[_Place], times: FloatArray
+) -> FloatArray:
     """Return displacement, acceleration and two more readings, (times, places, 4); NaN beyond half the ring."""
-    ring, found = ridden.modes.ring, shown.modes
+    ring, found = ridden.ways[way][1].ring, shown.modes
     speed = float(record.scenario.speed)
     wheels = np.add.outer(speed * times, ridden.wheels)
     rates = ring.rates * found.amplitudes + found.forced

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from wheeltapper.describe.noun import Damping, Mass, PositiveStiffness
+from pydantic import model_validator
+
+from wheeltapper.describe.noun import (
+    AngularDamping,
+    Damping,
+    Inertia,
+    Mass,
+    PositiveAngularStiffness,
+    PositiveLength,
+    PositiveStiffness,
+)
 from wheeltapper.describe.track.published import published_track, track_names
 from wheeltapper.describe.track.rail import Rail
 from wheeltapper.describe.track.supported import SupportedRail
@@ -23,6 +33,16 @@ class Ballasted(SupportedRail):
         Half of a sleeper, kg.
     ballast_stiffness, ballast_damping
         Under half of a sleeper: N/m and N·s/m.
+    sleeper_roll_inertia
+        Of a whole sleeper about its middle, along the track, kg·m²; None: each rail has half-sleepers of its own, which
+        do not know of each other. It acts where both rails are loaded differently: below a `Wagon`. A rigid sleeper of
+        even mass and length L has m·L²/12, with its whole mass m = 2·sleeper_mass.
+    ballast_roll_stiffness, ballast_roll_damping
+        Of the ballast under a whole sleeper, N·m/rad and N·m·s/rad; None: as of ballast that is even over the length
+        of a sleeper with that inertia, so that both go with it as ballast_stiffness and ballast_damping with
+        sleeper_mass.
+    seat_distance
+        Between the seats of a sleeper, m.
     """
 
     example: ClassVar[dict[str, Any]] = {
@@ -32,11 +52,41 @@ class Ballasted(SupportedRail):
     sleeper_mass: Mass
     ballast_stiffness: PositiveStiffness
     ballast_damping: Damping
+    sleeper_roll_inertia: Inertia | None = None
+    ballast_roll_stiffness: PositiveAngularStiffness | None = None
+    ballast_roll_damping: AngularDamping | None = None
+    seat_distance: PositiveLength = 1.5
+
+    @model_validator(mode="after")
+    def _check_roll(self) -> Ballasted:
+        for field in ("ballast_roll_stiffness", "ballast_roll_damping"):
+            if self.sleeper_roll_inertia is None and getattr(self, field) is not None:
+                raise InputError("", field, "one without sleeper_roll_inertia", "both, or none")
+        return self
 
     @property
     def under_pads(self) -> tuple[float, ...]:
         """Mass, stiffness and damping under each pad, kg, N/m and N·s/m."""
         return self.sleeper_mass, self.ballast_stiffness, self.ballast_damping
+
+    @property
+    def under_rolling_pads(self) -> tuple[float, ...]:
+        """The same where both rails move against one another, so that sleepers roll.
+
+        A seat at half of the distance d moves by φ·d/2 with a roll φ. Half of a sleeper is then a mass 2·J/d², and so
+        its ballast (docs/theory/track.rst, section 13.12).
+        """
+        if self.sleeper_roll_inertia is None:
+            return self.under_pads
+        by_inertia = 2.0 / self.seat_distance**2
+        mass = by_inertia * self.sleeper_roll_inertia
+        share = mass / self.sleeper_mass
+        stiffness, damping = self.ballast_roll_stiffness, self.ballast_roll_damping
+        return (
+            mass,
+            share * self.ballast_stiffness if stiffness is None else by_inertia * stiffness,
+            share * self.ballast_damping if damping is None else by_inertia * damping,
+        )
 
     @classmethod
     def named(cls, name: str) -> Ballasted:

@@ -74,3 +74,13 @@ class SupportedRail(Track, abstract=True):
     def under_pads(self) -> tuple[float, ...]:
         """Mass, stiffness and damping under each pad, kg, N/m and N·s/m; nothing where the ground is rigid."""
         return ()
+
+    @property
+    def rolls(self) -> bool:
+        """Whether sleepers that roll are others than halves that do not know of each other."""
+        return self.under_rolling_pads != self.under_pads
+
+    @property
+    def under_rolling_pads(self) -> tuple[float, ...]:
+        """The same where both rails move against one another, so that sleepers roll."""
+        return self.under_pads

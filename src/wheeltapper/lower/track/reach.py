@@ -128,11 +128,20 @@ def modes_of(
     track: SupportedRail, accuracy: str = "default", extent: float = 0.0
 ) -> tuple[TrackModes | IrregularModes, Reach]:
     """Return the ring that stands for a track, with its anomalies, and how it was chosen."""
-    reach, section = reach_of(track, accuracy, extent), section_of(track)
+    reach = reach_of(track, accuracy, extent)
+    return _modes(track, section_of(track), reach), reach
+
+
+def rolling_modes_of(track: SupportedRail, reach: Reach) -> TrackModes | IrregularModes:
+    """Return the ring of such a reach that stands for a track whose rails move against one another."""
+    return _modes(track, section_of(track, rolling=True), reach)
+
+
+def _modes(track: SupportedRail, section: Section, reach: Reach) -> TrackModes | IrregularModes:
     extras = anomalies_of(track, section, reach.bays).extras
     if not extras:
-        return ring_of(section, reach.bays, reach.cutoff), reach
-    return irregular_ring(section, reach.bays, reach.cutoff, extras), reach
+        return ring_of(section, reach.bays, reach.cutoff)
+    return irregular_ring(section, reach.bays, reach.cutoff, extras)
 
 
 def _bays_for(section: Section, asked: Accuracy) -> int:

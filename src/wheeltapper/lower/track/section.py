@@ -41,10 +41,10 @@ class Section(NamedTuple):
     ballast_damping: float = 0.0
 
 
-def section_of(track: SupportedRail) -> Section:
-    """Return the numbers of a track."""
+def section_of(track: SupportedRail, rolling: bool = False) -> Section:
+    """Return the numbers of a track; `rolling`: where its rails move against one another, so that sleepers roll."""
     rail = track.rail
     return Section(
         rail.bending_stiffness, rail.shear_stiffness, rail.mass_per_length, rail.inertia, rail.damping, track.spacing,
-        track.pad_stiffness, track.pad_damping, *track.under_pads,
+        track.pad_stiffness, track.pad_damping, *(track.under_rolling_pads if rolling else track.under_pads),
     )  # fmt: skip

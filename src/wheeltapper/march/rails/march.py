@@ -24,28 +24,38 @@ from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import MultibodyMarch, RailLog
 from wheeltapper.march.program import DONE, FULL, SOFT, FloatArray, IntArray
 from wheeltapper.march.rail_motion import enter_macro_step
-from wheeltapper.march.rails.modes import RailTables, Track, fours_of, read_rails, tables_of, write_rails
+from wheeltapper.march.rails.modes import (
+    AGAINST,
+    TOGETHER,
+    RailTables,
+    Track,
+    fours_of,
+    read_rails,
+    tables_of,
+    write_rails,
+)
 from wheeltapper.march.rates import contact_forces
 
 
 class OnRails(NamedTuple):
-    """A vehicle on two equal rails.
+    """A vehicle on two equal rails, on sleepers of their own or common ones.
 
     Attributes
     ----------
     assembly
         The vehicle; its `rails` hold the first macro step.
     track
-        Each of the rails.
+        The rails.
     modes
-        Amplitudes of both at the start, as seen from the bay of the first wheelset: (2, modes) complex.
+        Amplitudes of each way to move at the start, as seen from the bay of the first wheelset: (modes,) complex.
     sinking
-        Deflections at the start below each wheel, (2, wheelsets), m: from these on the wheels feel the rails.
+        Deflections at the start below each wheel, left and right, (2, wheelsets), m: from these on the wheels feel the
+        rails.
     """
 
     assembly: Assembly
     track: Track
-    modes: ComplexArray
+    modes: tuple[ComplexArray, ComplexArray]
     sinking: FloatArray
 
 
@@ -55,6 +65,7 @@ def _example() -> tuple[object, ...]:
     return (floats, plan, floats, *work)
 
 
+LEFT, RIGHT = range(2)
 MARCH = ByAddress(multibody.march_kernel, _example)
 march_at = MARCH.call
 """The march between the macro steps' ends, the same machine code as on a stiff track."""
@@ -63,8 +74,9 @@ march_at = MARCH.call
 @kernel
 def rails_kernel(
     address: int, end: float, seconds: float, reads: FloatArray, writes: FloatArray, first: IntArray,
-    decay: FloatArray, turns: FloatArray, sets: IntArray, phase: IntArray, bay: IntArray, local: FloatArray,
-    answers: FloatArray, sinking: FloatArray, length: float, force: float, modes: FloatArray, spare: FloatArray,
+    decay: FloatArray, turns: FloatArray, modes: FloatArray, reads_2: FloatArray, writes_2: FloatArray,
+    first_2: IntArray, decay_2: FloatArray, turns_2: FloatArray, modes_2: FloatArray, sets: IntArray, phase: IntArray,
+    bay: IntArray, local: FloatArray, answers: FloatArray, sinking: FloatArray, length: float, force: float,
     free: FloatArray, made: IntArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
     wheels: FloatArray, pieces: FloatArray, steps: FloatArray, states: FloatArray, events: FloatArray,
     peaks: FloatArray, K: FloatArray, F: FloatArray, Q: FloatArray, kept: FloatArray, S: FloatArray,
@@ -72,10 +84,11 @@ def rails_kernel(
     """March until `end`, or until a table is full; return why it stopped. May be called again.
 
     `free` is the log (macro steps, 2, fours, nodes, HALF), and `made` counts its rows, the present one included.
+    `sinking` and the middle axis of `free` are of the rails together, and against one another, as the tables and modes.
     """
     begin = int(data[plan[asm.AT_RAILS] + asm.RAIL_STATES])
-    shape = free.shape[1:]
     lanes = kept.shape[1]
+    moments, spare, spare_2 = np.empty(free.shape[1:]), np.empty_like(modes), np.empty_like(modes_2)
     while True:
         data[asm.RUN_END] = min(end, made[0] * seconds)
         status = march_at(
@@ -88,14 +101,21 @@ def rails_kernel(
             return FULL
         # -- the rails
         now, step = S[passing.RUN_TIME], made[0]
-        moments = w[begin : begin + free[0].size]
-        write_rails(
-            step - 1, writes, first, decay, turns, sets, phase, bay, (moments / force).reshape(shape), modes, spare
-        )
-        read_rails(step, reads, first, turns, sets, phase, bay, modes, spare, length, sinking, free[step])
+        of_rails = w[begin : begin + moments.size].reshape(moments.shape)
+        moments[TOGETHER] = (of_rails[LEFT] + of_rails[RIGHT]) * (0.5 / force)
+        moments[AGAINST] = (of_rails[LEFT] - of_rails[RIGHT]) * (0.5 / force)
+        of_rails[:] = 0.0
+        write_rails(step - 1, writes, first, decay, turns, sets, phase, bay, moments[TOGETHER], modes, spare)
+        write_rails(step - 1, writes_2, first_2, decay_2, turns_2, sets, phase, bay, moments[AGAINST], modes_2, spare_2)
+        read_rails(
+            step, reads, first, turns, sets, phase, bay, modes, spare, length, sinking[TOGETHER], free[step, TOGETHER]
+        )  # fmt: skip
+        read_rails(
+            step, reads_2, first_2, turns_2, sets, phase, bay, modes_2, spare_2, length, sinking[AGAINST],
+            free[step, AGAINST],
+        )  # fmt: skip
         place = step % len(local)
         enter_macro_step(step, seconds, free[step].reshape(-1), local[place], answers[place], data, plan)
-        moments[:] = 0.0
         made[0] += 1
         # -- go on
         searching.keep_contacts(wheels, kept)
@@ -129,12 +149,13 @@ def march(task: OnRails, tell: telling.Tell = telling.report_nothing) -> Multibo
     enter_macro_step(0, tables.seconds, free[0].ravel(), tables.local[0], tables.answers[0], *flat)
     scales = _with_moments(A, tables)
     passing.start_kernel(*flat, A.start, work.w, work.wheels, work.pieces, work.S)
-    spare, units = np.empty(modes.shape[1:]), task.track.units
+    units, (one, other) = task.track.units, (tables.ways[TOGETHER], tables.ways[-1])
     while True:
         room = work.steps[: int(work.S[passing.RUN_STEPS]) + telling.WAGON_CHUNK]
         status = rails_kernel(
-            MARCH.address, end, *tables, task.sinking, units.length, units.force, modes, spare, free, made, *flat,
-            scales, *work._replace(steps=room),
+            MARCH.address, end, tables.seconds, *one, modes[TOGETHER], *other, modes[AGAINST], tables.sets,
+            tables.phase, tables.bay, tables.local, tables.answers, ways_of(task.sinking), units.length, units.force,
+            free, made, *flat, scales, *work._replace(steps=room),
         )  # fmt: skip
         steps, events, peaks = work.S[[passing.RUN_STEPS, passing.RUN_EVENTS, passing.RUN_PEAKS]].astype(int)
         if status != FULL or tell(float(work.S[passing.RUN_TIME])):
@@ -151,20 +172,26 @@ def _with_moments(A: Assembly, tables: RailTables) -> FloatArray:
     """Return the reciprocal error scales of all states; a moment's is that of the deflection that it makes."""
     begin = int(A.rails[asm.RAIL_STATES])
     one = (len(A.scales) - begin) // 2
-    most = np.abs(tables.answers).max(axis=0).reshape(one, one).max(axis=1) / A.numbers[asm.STATIC_INDENTATION]
+    largest = np.abs(tables.answers).max(axis=0).reshape(-1, one, one).max(axis=(0, 2))
+    most = largest / A.numbers[asm.STATIC_INDENTATION]
     return np.concatenate([A.scales[:begin], most, most])
 
 
-def first_macro_step(task: OnRails, tables: RailTables) -> tuple[FloatArray, FloatArray]:
-    """Return the modes at the start, (2, 2, modes), and the log of what they show, with its first row."""
-    order = np.argsort(np.abs(task.track.ring.rates), kind="stable")
-    held = task.modes[:, order]
-    modes = np.ascontiguousarray(np.stack([held.real, held.imag], axis=1))
-    nodes = len(tables.first)
-    free = np.zeros((MACRO_STEPS, 2, fours_of(len(tables.sets)), nodes, HALF))
-    spare = np.empty(modes.shape[1:])
-    read_rails(
-        0, tables.reads, tables.first, tables.turns, tables.sets, tables.phase, tables.bay, modes, spare,
-        task.track.units.length, task.sinking, free[0],
-    )  # fmt: skip
-    return modes, free
+def ways_of(rails: FloatArray) -> FloatArray:
+    """Return how both rails move together, and against one another, from the left and the right one: (2, …)."""
+    return np.stack([rails[LEFT] + rails[RIGHT], rails[LEFT] - rails[RIGHT]]) * 0.5
+
+
+def first_macro_step(task: OnRails, tables: RailTables) -> tuple[list[FloatArray], FloatArray]:
+    """Return the modes of each way at the start, (2, modes), and the log of what they show, with its first row."""
+    free = np.zeros((MACRO_STEPS, 2, fours_of(len(tables.sets)), len(tables.ways[TOGETHER].first), HALF))
+    sinking, out = ways_of(task.sinking), []
+    for way, (ring, amplitudes) in enumerate(zip(task.track.rings, task.modes, strict=True)):
+        held = amplitudes[np.argsort(np.abs(ring.rates), kind="stable")]
+        modes, its = np.stack([held.real, held.imag]), tables.ways[way % len(tables.ways)]
+        read_rails(
+            0, its.reads, its.first, its.turns, tables.sets, tables.phase, tables.bay, modes, np.empty_like(modes),
+            task.track.units.length, sinking[way], free[0, way],
+        )  # fmt: skip
+        out.append(modes)
+    return out, free

@@ -1,4 +1,9 @@
-"""The modes of both rails between two macro steps: what forces did to them, and what they show the wheels next."""
+"""The modes of both rails between two macro steps: what forces did to them, and what they show the wheels next.
+
+Two equal rails on the same sleepers move in two ways that know nothing of each other: together, by s = (l + r)/2, as
+half of the sum of the forces makes them, and against one another, by a = (l - r)/2, as half of the difference makes
+them. Each way is a ring of its own: sleepers bounce in the first and roll in the second.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +21,17 @@ from wheeltapper.march.general.tables import TrackTables, Units, track_tables, w
 from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
+TOGETHER, AGAINST = range(2)
+"""The ways in which two rails move."""
+
 
 class Track(NamedTuple):
-    """One rail, as the wheels of a vehicle meet it.
+    """Two rails, as the wheels of a vehicle meet them.
 
     Attributes
     ----------
-    ring
-        Its modes.
+    rings
+        Modes of the rails moving together, and against one another; the same ring where sleepers do not roll.
     method
         How macro steps are made.
     places
@@ -34,11 +42,26 @@ class Track(NamedTuple):
         Of the tables: m and N near a static indentation and force.
     """
 
-    ring: Ring
+    rings: tuple[Ring, Ring]
     method: Method
     places: FloatArray
     speed: float
     units: Units
+
+    @property
+    def rolls(self) -> bool:
+        """Whether the two ways differ."""
+        return self.rings[TOGETHER] is not self.rings[AGAINST]
+
+
+class WayTables(NamedTuple):
+    """Tables of one way to move, as entries of `general.records.Tables`."""
+
+    reads: FloatArray
+    writes: FloatArray
+    first: IntArray
+    decay: FloatArray
+    turns: FloatArray
 
 
 class RailTables(NamedTuple):
@@ -48,18 +71,19 @@ class RailTables(NamedTuple):
     ----------
     seconds
         Length of a macro step.
-    reads, writes, first, decay, turns, sets, phase, bay
+    ways
+        Of each way to move; once where both are the same.
+    sets, phase, bay
         As there.
-    local, answers
-        Of all places in a bay: (places, fours·nodes·HALF) and the square of that, force first.
+    local
+        Under a wheel's own force, of all places in a bay: (places, fours·nodes·HALF). It is the mean of both ways;
+        half of their difference, which a force does to the other rail, is left out.
+    answers
+        Of all places: (places, ways·square of that), force first.
     """
 
     seconds: float
-    reads: FloatArray
-    writes: FloatArray
-    first: IntArray
-    decay: FloatArray
-    turns: FloatArray
+    ways: tuple[WayTables, ...]
     sets: IntArray
     phase: IntArray
     bay: IntArray
@@ -69,20 +93,22 @@ class RailTables(NamedTuple):
 
 def tables_of(track: Track, duration: float) -> RailTables:
     """Return the tables of a track for a duration, s."""
-    made = tables_for(track, duration)
-    held = without_bodies(made, track.method)
     transform, compliance = gauss_nodes(track.method.nodes).transform, track.units.length / track.units.force
-    answers = compliance * (transform @ held.cross @ transform.T)  # (wheel, other, places, m, l)
+    made = [tables_for(track, way, duration) for way in ((TOGETHER, AGAINST) if track.rolls else (TOGETHER,))]
+    held = [without_bodies(one, track.method) for one in made]
+    cross = [compliance * (transform @ one.cross @ transform.T) for one in held]  # (wheel, other, places, m, l)
+    residual = compliance * np.mean([one.residual for one in held], axis=0)
+    ways = tuple(WayTables(one.reads, one.writes, one.first, one.decay, one.turns) for one in held)
     return RailTables(
-        made.grid.seconds, held.reads, held.writes, held.first, held.decay, held.turns, held.sets, held.phase,
-        held.bay, _in_fours(compliance * held.residual.transpose(1, 0, 2), 1),
-        _in_fours(answers.transpose(2, 1, 4, 0, 3), 3, 1),
+        made[TOGETHER].grid.seconds, ways, held[TOGETHER].sets, held[TOGETHER].phase, held[TOGETHER].bay,
+        _in_fours(residual.transpose(1, 0, 2), 1),
+        np.hstack([_in_fours(one.transpose(2, 1, 4, 0, 3), 3, 1) for one in cross]),
     )  # fmt: skip
 
 
-def tables_for(track: Track, duration: float) -> TrackTables:
-    """Return what the general march makes of a track for a duration, s."""
-    return track_tables(system_of(track), track.method, track.units, duration)
+def tables_for(track: Track, way: int, duration: float) -> TrackTables:
+    """Return what the general march makes of one way of a track to move, for a duration, s."""
+    return track_tables(system_of(track, way), track.method, track.units, duration)
 
 
 def fours_of(wheelsets: int) -> int:
@@ -100,13 +126,13 @@ def _in_fours(table: FloatArray, *axes: int) -> FloatArray:
     return np.ascontiguousarray(table).reshape(len(table), -1)
 
 
-def system_of(track: Track) -> System:
-    """Return the track below weightless contacts, for which the general march makes tables."""
+def system_of(track: Track, way: int) -> System:
+    """Return the track, moving in one way, below weightless contacts: the general march makes tables for it."""
     none = np.zeros((0, 0))
     law = Law(0, np.zeros(0))
     contacts = tuple(Contact(none, law, float(place)) for place in track.places)
     weightless = Bodies(none, none, none, np.zeros((0, len(contacts))), np.zeros(0))
-    return System(weightless, contacts, track.speed, track.ring)
+    return System(weightless, contacts, track.speed, track.rings[way])
 
 
 @inlined_uncounted_kernel
@@ -119,45 +145,40 @@ def _bays_ahead(step: int, i: int, phases: int, bays: int, phase: IntArray, bay:
 
 @uncounted_kernel
 def read_rails(step: int, reads: FloatArray, first: IntArray, turns: FloatArray, sets: IntArray, phase: IntArray, bay: IntArray, modes: FloatArray, spare: FloatArray, unit: float, sinking: FloatArray, free: FloatArray) -> None:  # fmt: skip  # noqa: E501
-    """Write what the rails show the wheels in a macro step: free is (2, fours, nodes, HALF), m downwards.
+    """Write what one way of the rails to move shows the wheels in a macro step: free, m downwards.
 
-    `modes` is (2, 2, modes): of the left and the right rail, real and imaginary parts. What the wheels feel counts from
-    `sinking`.
+    It is (fours, nodes, HALF). `modes` is (2, modes), real and imaginary parts. What the wheels feel counts from
+    `sinking`, (wheelsets,).
     """
     phases = reads.shape[1]
     free[:] = 0.0
     for i in range(len(sets)):
         rows = reads[sets[i], (phase[i] + step) % phases]
-        ahead = _bays_ahead(step, i, phases, len(turns), phase, bay)
-        for rail in range(2):
-            if i == 0:
-                read_modes(rows, first, modes[rail, RE], modes[rail, IM], free[rail, i // HALF, :, i % HALF])
-            else:
-                turned(turns[ahead], modes[rail, RE], modes[rail, IM], spare[RE], spare[IM])
-                read_modes(rows, first, spare[RE], spare[IM], free[rail, i // HALF, :, i % HALF])
+        if i == 0:
+            read_modes(rows, first, modes[RE], modes[IM], free[i // HALF, :, i % HALF])
+        else:
+            ahead = _bays_ahead(step, i, phases, len(turns), phase, bay)
+            turned(turns[ahead], modes[RE], modes[IM], spare[RE], spare[IM])
+            read_modes(rows, first, spare[RE], spare[IM], free[i // HALF, :, i % HALF])
     for i in range(len(sets)):
-        for rail in range(2):
-            for m in range(free.shape[2]):
-                free[rail, i // HALF, m, i % HALF] *= -unit
-            free[rail, i // HALF, BEGIN, i % HALF] -= sinking[rail, i]
+        for m in range(free.shape[1]):
+            free[i // HALF, m, i % HALF] *= -unit
+        free[i // HALF, BEGIN, i % HALF] -= sinking[i]
 
 
 @uncounted_kernel
 def write_rails(step: int, writes: FloatArray, first: IntArray, decay: FloatArray, turns: FloatArray, sets: IntArray, phase: IntArray, bay: IntArray, moments: FloatArray, modes: FloatArray, spare: FloatArray) -> None:  # fmt: skip  # noqa: E501
-    """Move the modes over a macro step; moments are as `free`, in units of the tables."""
+    """Move the modes of one way over a macro step; moments are as `free`, in units of the tables."""
     phases = writes.shape[1]
-    for rail in range(2):
-        turn(decay, modes[rail, RE], modes[rail, IM])
+    turn(decay, modes[RE], modes[IM])
     for i in range(len(sets)):
         rows = writes[sets[i], (phase[i] + step) % phases]
-        ahead = _bays_ahead(step, i, phases, len(turns), phase, bay)
-        for rail in range(2):
-            if i == 0:
-                write_modes(rows, first, moments[rail, i // HALF, :, i % HALF], modes[rail, RE], modes[rail, IM])
-            else:
-                spare[:] = 0.0
-                write_modes(rows, first, moments[rail, i // HALF, :, i % HALF], spare[RE], spare[IM])
-                add_turned_back(turns[ahead], spare[RE], spare[IM], modes[rail, RE], modes[rail, IM])
+        if i == 0:
+            write_modes(rows, first, moments[i // HALF, :, i % HALF], modes[RE], modes[IM])
+        else:
+            ahead = _bays_ahead(step, i, phases, len(turns), phase, bay)
+            spare[:] = 0.0
+            write_modes(rows, first, moments[i // HALF, :, i % HALF], spare[RE], spare[IM])
+            add_turned_back(turns[ahead], spare[RE], spare[IM], modes[RE], modes[IM])
     if (phase[BEGIN] + step + 1) % phases == 0:
-        for rail in range(2):
-            turn(turns[1 % len(turns)], modes[rail, RE], modes[rail, IM])
+        turn(turns[1 % len(turns)], modes[RE], modes[IM])

@@ -1,7 +1,8 @@
 """The modes of both rails below a vehicle with many bodies at any time, from the logs of its march.
 
-A rail's modes follow from the moments of the forces on it, which are states of the vehicle. They are read where macro
-steps end, and at the asked times; all else is as below the contacts of the general march.
+The modes of each way in which the rails move follow from the moments of the forces on them, which are states of the
+vehicle. They are read where macro steps end, and at the asked times; all else is as below the contacts of the general
+march.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from wheeltapper.march.general.stepping import MODES_EVERY
 from wheeltapper.march.general.tables import without_bodies
 from wheeltapper.march.multibody import MultibodyMarch
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.rails.march import OnRails
+from wheeltapper.march.rails.march import LEFT, RIGHT, OnRails
 from wheeltapper.march.rails.modes import fours_of, tables_for
 from wheeltapper.march.replay import replay
 
@@ -29,7 +30,7 @@ FORCE_ROWS = np.array([wheel.NORMAL, wheel.NORMAL_RATE])
 
 
 class RailAt(NamedTuple):
-    """A rail at some times: its modes, and each wheel's force with two derivatives, (times, wheelsets), SI units."""
+    """A track at some times: its modes, and each wheel's force with two derivatives, (times, wheelsets), SI units."""
 
     modes: Modes
     force: FloatArray
@@ -47,22 +48,26 @@ def _with_checkpoints(run: TrackRun) -> TrackRun:
     return run._replace(modes=held)
 
 
+def _ways(values: FloatArray, axis: int) -> FloatArray:
+    """Return values of the left and the right rail, along an axis, as those of both ways to move."""
+    left, right = np.take(values, LEFT, axis), np.take(values, RIGHT, axis)
+    return np.stack([0.5 * (left + right), 0.5 * (left - right)], axis)
+
+
 class RailsReplay:
-    """What both rails do over a march, left and right; times are asked for in rising order."""
+    """What the rails do over a march, together and against one another; times are asked for in rising order."""
 
     def __init__(self, task: OnRails, march: MultibodyMarch) -> None:
         self._task, self._march, track = task, march, task.track
         self._wheelsets = len(track.places)
-        made = tables_for(track, float(march.end))
-        self._seconds, self._force = made.grid.seconds, track.units.force
-        order = np.argsort(np.abs(track.ring.rates), kind="stable")
-        begun = task.modes[:, order]
-        moments = self._moments_of_macro_steps()
-        tables, begins = without_bodies(made, track.method), np.stack([begun.real, begun.imag], axis=1)
-        self._runs = [
-            _with_checkpoints(TrackRun(track.ring, tables, made.grid, self._force, moments[:, rail], begins[[rail]]))
-            for rail in range(2)
-        ]
+        made = [tables_for(track, way, float(march.end)) for way in range(len(track.rings))]
+        self._seconds, self._force = made[0].grid.seconds, track.units.force
+        moments, self._runs = self._moments_of_macro_steps(), []
+        for way, (ring, amplitudes) in enumerate(zip(track.rings, task.modes, strict=True)):
+            held = amplitudes[np.argsort(np.abs(ring.rates), kind="stable")]
+            begins, tables = np.stack([held.real, held.imag])[np.newaxis], without_bodies(made[way], track.method)
+            run = TrackRun(ring, tables, made[way].grid, self._force, moments[:, way], begins)
+            self._runs.append(_with_checkpoints(run))
         self._starts = [Starts(run) for run in self._runs]
 
     def _macro_steps(self) -> IntArray:
@@ -71,7 +76,7 @@ class RailsReplay:
         return np.asarray(((begins + 0.5 * lengths) / self._seconds).astype(np.int64))
 
     def _moments_of_macro_steps(self) -> FloatArray:
-        """Return the moments at the ends of all macro steps, and of the last one at the end of the march.
+        """Return the moments of both ways at the ends of all macro steps, and of the last one at the end of the march.
 
         They are (steps, 2, wheelsets, nodes).
         """
@@ -81,21 +86,21 @@ class RailsReplay:
         return self._as_moments(states)
 
     def _as_moments(self, states: FloatArray) -> FloatArray:
-        """Return the moments among states, in units of the tables: (times, 2, wheelsets, nodes)."""
+        """Return the moments of both ways from states, in units of the tables: (times, 2, wheelsets, nodes)."""
         fours, nodes = fours_of(self._wheelsets), self._task.track.method.nodes
         begin = int(self._task.assembly.rails[asm.RAIL_STATES])
         held = states[:, begin : begin + 2 * fours * nodes * HALF].reshape(-1, 2, fours, nodes, HALF) / self._force
-        return np.moveaxis(held, 3, 4).reshape(-1, 2, fours * HALF, nodes)[:, :, : self._wheelsets]
+        return _ways(np.moveaxis(held, 3, 4).reshape(-1, 2, fours * HALF, nodes)[:, :, : self._wheelsets], 1)
 
     def _forces(self, rows: FloatArray) -> FloatArray:
-        """Return forces and their rates on both rails from rows of the contacts: (times, 2, rails, wheelsets)."""
+        """Return forces and their rates of both ways from rows of the contacts: (times, 2, ways, wheelsets)."""
         fours = fours_of(self._wheelsets)
         found = rows.reshape(len(rows), 2, -1, fours, 2, HALF)  # treads, and flanges where there are
         summed = np.where(found[:, :1] > 0.0, found, 0.0).sum(axis=2)
-        return np.moveaxis(summed, 2, 3).reshape(len(rows), 2, 2, fours * HALF)[..., : self._wheelsets]
+        return _ways(np.moveaxis(summed, 2, 3).reshape(len(rows), 2, 2, fours * HALF)[..., : self._wheelsets], 2)
 
     def at(self, times: FloatArray) -> list[RailAt]:
-        """Return both rails at rising times, s."""
+        """Return both ways at rising times, s."""
         steps = self._march.steps
         row = np.clip(np.searchsorted(steps[:, asm.STEP_TIME], times, side="right") - 1, 0, None)
         begin, length = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
@@ -111,14 +116,14 @@ class RailsReplay:
         theta = np.clip(times / self._seconds - step, 0.0, 1.0)
         by_time = self._seconds / self._force
         out = []
-        for rail, (run, starts) in enumerate(zip(self._runs, self._starts, strict=True)):
+        for way, (run, starts) in enumerate(zip(self._runs, self._starts, strict=True)):
             felt = [
                 At(
-                    force[:, rail, i] / self._force, rate[:, rail, i] * by_time,
-                    bend[:, rail, i] * by_time * self._seconds, moments[:, rail, i],
+                    force[:, way, i] / self._force, rate[:, way, i] * by_time,
+                    bend[:, way, i] * by_time * self._seconds, moments[:, way, i],
                 )
                 for i in range(self._wheelsets)
             ]  # fmt: skip
             modes = modes_under(run, step, theta, felt, starts)
-            out.append(RailAt(modes, force[:, rail], rate[:, rail], bend[:, rail]))
+            out.append(RailAt(modes, force[:, way], rate[:, way], bend[:, way]))
         return out
