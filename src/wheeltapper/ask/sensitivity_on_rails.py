@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from wheeltapper.march.general.turned import SystemTurn
 
 FloatArray = NDArray[np.float64]
-AT_ONCE = 4
-"""Parameters that are carried along at a time."""
 GRAZING = 1e-3
 """Rate of indentation at an event, in static indentations and the time sqrt(m·δ0/N0), below which a derivative means
 nothing."""
@@ -69,12 +67,11 @@ def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:
     wheels, amplification = trains.cell_count, np.nan
     values = np.full((len(asked.features), wheels), np.nan)
     gradient = np.full((len(asked.features), len(turns), wheels), np.nan)
-    for first in range(0, len(turns) if whole else 0, AT_ONCE):
-        group = turns[first : first + AT_ONCE]
-        found = run.rail_tangents(marched, group)
+    if whole:
+        found = run.rail_tangents(marched, turns)
         amplification = _amplification(lowered, marched, found)
-        for lane, turn in enumerate(group, first):
-            rates = _rates(trains, lowered, marched, found, lane - first)
+        for lane, turn in enumerate(turns):
+            rates = _rates(trains, lowered, marched, found, lane)
             ends = float(asked.gradient[lane] == "duration")
 
             def tilted(gap: float, rates: Rates = rates, ends: float = ends, turn: SystemTurn = turn) -> Trains:

@@ -17,14 +17,12 @@ from typing import NamedTuple
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.layout import BEGIN, IM, RE
-from wheeltapper.march.general.modal import turn
+from wheeltapper.march.general.modal import read_lanes, seen_from_first, turn, write_lanes
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
 from wheeltapper.march.general.stepping import bays_ahead, commit, solve_contacts, step_bodies
 from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
-TOGETHER = 4
-"""Cells that are multiplied at a time."""
 MET_IMPACTS, MET_ENDED = 0, 1
 """Columns of `Lanes.met`: impacts of a contact, and 1 once it has come as far as was asked."""
 OF_LENGTH, OF_FORCE = 0, 1
@@ -95,114 +93,6 @@ class Own(NamedTuple):
     residual: FloatArray
     residual_nodes: FloatArray
     rows: FloatArray
-
-
-@uncounted_kernel
-def seen_from_first(rows: FloatArray, factor: FloatArray, out: FloatArray) -> None:
-    """Write a contact's rows, (q, 2, modes), for amplitudes as the first contact sees them."""
-    real, imaginary = factor[RE], factor[IM]
-    for m in range(len(rows)):
-        x, y = rows[m, RE], rows[m, IM]
-        to_re, to_im = out[m, RE], out[m, IM]
-        for n in range(len(x)):
-            to_re[n] = x[n] * real[n] + y[n] * imaginary[n]
-            to_im[n] = y[n] * real[n] - x[n] * imaginary[n]
-
-
-@uncounted_kernel
-def _products(one: FloatArray, two: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> tuple[float, float, float, float, float, float, float, float]:  # fmt: skip  # noqa: E501
-    """Return the products of two rows with each of four columns."""
-    a1, b1, c1, d1, a2, b2, c2, d2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for n in range(len(one)):
-        first, second = float(one[n]), float(two[n])
-        a1 += first * a[n]
-        b1 += first * b[n]
-        c1 += first * c[n]
-        d1 += first * d[n]
-        a2 += second * a[n]
-        b2 += second * b[n]
-        c2 += second * c[n]
-        d2 += second * d[n]
-    return a1, b1, c1, d1, a2, b2, c2, d2
-
-
-@uncounted_kernel
-def _products_of_one(one: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> tuple[float, float, float, float]:  # fmt: skip  # noqa: E501
-    """Return the products of a row with each of four columns."""
-    a1, b1, c1, d1 = 0.0, 0.0, 0.0, 0.0
-    for n in range(len(one)):
-        first = float(one[n])
-        a1 += first * a[n]
-        b1 += first * b[n]
-        c1 += first * c[n]
-        d1 += first * d[n]
-    return a1, b1, c1, d1
-
-
-@uncounted_kernel
-def read_lanes(rows: FloatArray, first: IntArray, modes: FloatArray, out: FloatArray) -> None:
-    """Write what the modes' free motion gives each lane, (lanes, q); `rows` is (q, 2, modes)."""
-    q = len(rows)
-    for w in range(0, len(modes), TOGETHER):
-        for m in range(0, q, 2):
-            other = min(m + 1, q - 1)
-            begin, both = first[m], first[other]
-            for i in range(TOGETHER):
-                out[w + i, m] = 0.0
-                out[w + i, other] = 0.0
-            for part in range(2):
-                row, pair = rows[m, part], rows[other, part]
-                a, b, c, d = modes[w, part], modes[w + 1, part], modes[w + 2, part], modes[w + 3, part]
-                if both > begin:  # modes of which the second row has nothing
-                    a1, b1, c1, d1 = _products_of_one(
-                        row[begin:both], a[begin:both], b[begin:both], c[begin:both], d[begin:both]
-                    )
-                    out[w, m] += a1
-                    out[w + 1, m] += b1
-                    out[w + 2, m] += c1
-                    out[w + 3, m] += d1
-                a1, b1, c1, d1, a2, b2, c2, d2 = _products(
-                    row[both:], pair[both:], a[both:], b[both:], c[both:], d[both:]
-                )
-                out[w, m] += a1
-                out[w + 1, m] += b1
-                out[w + 2, m] += c1
-                out[w + 3, m] += d1
-                if other > m:
-                    out[w, other] += a2
-                    out[w + 1, other] += b2
-                    out[w + 2, other] += c2
-                    out[w + 3, other] += d2
-
-
-@uncounted_kernel
-def _add(one: FloatArray, two: FloatArray, a1: float, b1: float, c1: float, d1: float, a2: float, b2: float, c2: float, d2: float, a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> None:  # fmt: skip  # noqa: E501
-    """Add two rows, times a factor each, to each of four columns."""
-    for n in range(len(one)):
-        first, second = float(one[n]), float(two[n])
-        a[n] += a1 * first + a2 * second
-        b[n] += b1 * first + b2 * second
-        c[n] += c1 * first + c2 * second
-        d[n] += d1 * first + d2 * second
-
-
-@uncounted_kernel
-def write_lanes(rows: FloatArray, first: IntArray, moments: FloatArray, modes: FloatArray) -> None:
-    """Add to the amplitudes of each lane what the moments of its force give, (lanes, q)."""
-    q = len(rows)
-    for w in range(0, len(modes), TOGETHER):
-        for m in range(0, q, 2):
-            other = min(m + 1, q - 1)
-            begin, more = first[m], 1.0 if other > m else 0.0
-            for part in range(2):
-                _add(
-                    rows[m, part, begin:], rows[other, part, begin:],
-                    moments[w, m], moments[w + 1, m], moments[w + 2, m], moments[w + 3, m],
-                    more * moments[w, other], more * moments[w + 1, other],
-                    more * moments[w + 2, other], more * moments[w + 3, other],
-                    modes[w, part, begin:], modes[w + 1, part, begin:],
-                    modes[w + 2, part, begin:], modes[w + 3, part, begin:],
-                )  # fmt: skip
 
 
 @inlined_uncounted_kernel

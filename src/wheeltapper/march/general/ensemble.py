@@ -18,11 +18,12 @@ from wheeltapper.march.general import layout
 from wheeltapper.march.general import march as general
 from wheeltapper.march.general import tables as tabulation
 from wheeltapper.march.general.basis import flight_nodes, gauss_nodes
-from wheeltapper.march.general.cells import TOGETHER, Kinds, Lanes, Own, cells_kernel
+from wheeltapper.march.general.cells import Kinds, Lanes, Own, cells_kernel
 from wheeltapper.march.general.contract import Contact, System, Task
 from wheeltapper.march.general.eventful import EVENTFUL
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.march import Found, Rest
+from wheeltapper.march.general.modal import TOGETHER
 from wheeltapper.march.general.records import Data, Logs, Room, Stage, Tables
 from wheeltapper.march.general.structure import ComplexArray
 from wheeltapper.march.kernel import is_compiled

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,10 +11,11 @@ from numpy.polynomial import legendre
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout, tangent, turned
 from wheeltapper.march.general import tables as tabulation
+from wheeltapper.march.general.algebra import LANES
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.careful import sigmas_of
 from wheeltapper.march.general.laws import switch
-from wheeltapper.march.general.march import Found, room_of, stage_of
+from wheeltapper.march.general.march import Found, order_of, room_of
 from wheeltapper.march.general.records import Motion
 from wheeltapper.march.general.replay import Rows, pace_at, rows_of
 from wheeltapper.march.kernel import is_compiled
@@ -21,6 +23,8 @@ from wheeltapper.march.program import FloatArray, IntArray
 
 AT_PART_START = 1e-9
 """Macro steps; a maximum no farther from where a part begins is there."""
+IN_ONE_PASS = LANES - 2
+"""Directions of one pass, beside the two of the start."""
 
 
 class Tangents(NamedTuple):
@@ -86,32 +90,33 @@ def _stacked(each: list[_Direction], name: str, like: FloatArray, axis: int | No
 
 
 def _turns(found: Found, each: list[_Direction]) -> tangent.Turns:
-    tables, data, q = found.prepared.tables, found.prepared.data, found.prepared.method.nodes
+    prepared = found.prepared
+    tables, data, ring = prepared.tables, prepared.data, prepared.system.ring
     bends = [one.pieces for one in each if one.pieces is not None]
     bent = np.cumsum([one.pieces is not None for one in each]) - 1
-    modal = [one.tables for one in each if one.tables is not None and one.tables.decay.size]
-    which = np.cumsum([one.tables is not None and bool(one.tables.decay.size) for one in each]) - 1
-    held: Any = (np.stack([one.reads for one in modal]), np.stack([one.writes for one in modal])) if modal else (
-        np.zeros((1, 1, 1, q, 2, 0), tables.reads.dtype), np.zeros((1, 1, 1, q, 2, 0), tables.reads.dtype)
-    )  # fmt: skip
     changed: Any = {
         name: _stacked(each, name, getattr(tables, name), axis)
         for name, axis in (
-            ("bodies_read", None), ("bodies_write", None), ("bodies_step", None), ("kernels", 1), ("cross", 2),
-            ("residual", 1),
+            ("bodies_read", None), ("bodies_write", None), ("bodies_step", None), ("kernels", 1), ("matrices", 1),
+            ("cross", 2),
         )
     }  # fmt: skip
+    rates = np.zeros(0, complex) if ring is None else ring.rates[order_of(ring)] * prepared.grid.seconds
+    nodes = data.macro
     return tangent.Turns(
         bent=np.where([one.pieces is not None for one in each], bent, -1),
         bends=np.stack(bends) if bends else np.zeros((1, *data.pieces.shape)),
         laws=np.stack([one.laws for one in each]), seconds=np.array([one.seconds for one in each]),
         structured=np.array([one.tables is not None for one in each], dtype=np.int64), **changed,
-        modal=np.where([one.tables is not None and bool(one.tables.decay.size) for one in each], which, -1),
-        reads=held[0], writes=held[1], decay=np.stack([one.decay for one in modal]) if modal else np.zeros((1, 2, 0)),
+        rates=np.stack([rates.real, rates.imag]), later=nodes.transform * nodes.places @ nodes.values,
+        remaining=nodes.values.T * (1.0 - nodes.places) @ nodes.transform.T,
     )  # fmt: skip
 
 
-def _scratch(contacts: int, directions: int, q: int, modes: int, states: int) -> tuple[tangent.Posed, tangent.Carried]:
+def _scratch(found: Found, columns: int) -> tuple[tangent.Posed, tangent.Carried]:
+    prepared = found.prepared
+    contacts, q = len(prepared.data.starts), prepared.method.nodes
+    states, modes = len(prepared.tables.bodies_step), prepared.tables.decay.shape[1]
     parts, nodes = layout.MOST_PARTS + 2, layout.MOST_NODES
 
     def of_parts(*more: int) -> FloatArray:
@@ -120,21 +125,23 @@ def _scratch(contacts: int, directions: int, q: int, modes: int, states: int) ->
     def whole(*more: int) -> IntArray:
         return np.zeros((contacts, *more), dtype=np.int64)
 
-    def along(*more: int) -> FloatArray:
-        return np.zeros((directions, contacts, *more))
+    def of_contacts(*more: int) -> FloatArray:
+        return np.zeros((contacts, *more, LANES))
 
     posed = tangent.Posed(
         counts=whole(2), rows=whole(parts), P=of_parts(nodes, nodes), pace=of_parts(nodes), J=of_parts(nodes, nodes),
         K=of_parts(nodes, nodes), r=of_parts(nodes), slope=of_parts(nodes), viscous=of_parts(nodes),
-        smoothly=whole(parts), given=of_parts(directions, nodes), direct=of_parts(directions, nodes),
-        jumps=whole(parts), drop=of_parts(), moved=of_parts(directions), risen=of_parts(directions),
+        smoothly=whole(parts), given=of_parts(nodes, LANES), direct=of_parts(nodes, LANES),
+        jumps=whole(parts), drop=of_parts(), moved=of_parts(LANES), risen=of_parts(LANES),
         after=whole(parts), events=whole(parts), steep=of_parts(), bend=of_parts(), leaps=whole(parts),
-        raised=of_parts(2, directions), forces=np.zeros((contacts, directions, parts, nodes)),
+        raised=of_parts(2, LANES), forces=of_parts(nodes, LANES),
     )  # fmt: skip
     carried = tangent.Carried(
-        free=along(q), change=along(q), moments=along(q), began=along(), felt=along(q),
-        shares=np.zeros((directions + 1, contacts, q, q)), sums=np.zeros((q, q)),
-        modes=np.zeros((directions, 2, modes)), spare=np.zeros(max(32, states)),
+        free=of_contacts(q), change=of_contacts(q), moments=of_contacts(q), began=of_contacts(), felt=of_contacts(q),
+        steps=np.zeros(LANES), sizes=np.zeros(LANES), shares=of_contacts(q, q), base=np.zeros((contacts, q, q)),
+        sums=np.zeros((q, q)), gap=np.zeros((q, LANES)), delta=np.zeros((nodes, LANES)),
+        bodies=np.zeros((states, LANES)), seen=np.zeros((columns, q)), written=np.zeros((columns, q)),
+        rows=np.zeros((q, 2, modes), prepared.tables.reads.dtype),
     )  # fmt: skip
     return posed, carried
 
@@ -146,33 +153,35 @@ def tangent_arguments(found: Found, turns: list[turned.SystemTurn]) -> tuple[Any
     """
     prepared, logs = found.prepared, found.logs
     each = [_direction(found, turn) for turn in turns]
-    contacts, q = len(prepared.data.starts), prepared.method.nodes
-    states, modes = len(prepared.tables.bodies_step), prepared.tables.decay.shape[1]
+    contacts, states = len(prepared.data.starts), len(prepared.tables.bodies_step)
     idle = _Direction(None, np.zeros((contacts, switch.LAW_NUMBERS)), 0.0, None, None)
     all_of = [*each, idle, idle]
     count = len(all_of)
+    marched = 2 if any(one.seconds for one in each) else 0  # columns of the march itself
+    columns = 2 * ceil((count + marched) / 2)  # they are multiplied in fours and pairs
     state = tangent.Turned(
-        np.zeros((count, 2, modes)), np.zeros((count, states)), np.zeros((count, contacts)),
-        np.zeros((count, contacts)), np.zeros(contacts),
+        np.zeros((columns, *prepared.motion.modes.shape)), np.zeros((states, LANES)), np.zeros((contacts, LANES)),
+        np.zeros((contacts, LANES)), np.zeros(contacts),
     )  # fmt: skip
     for number, one in enumerate(each):
-        state.modes[number], state.began[number] = one.start.modes, one.start.began
-        state.bodies[number, :-1] = one.start.bodies
+        state.modes[number], state.began[:, number] = one.start.modes, one.start.began
+        state.bodies[:-1, number] = one.start.bodies
+    if marched:
+        state.modes[count] = prepared.motion.modes
     bodies = prepared.system.bodies
     freedoms = len(bodies.mass)
     wheels = bodies.shapes.sum(axis=1) > 0.0
-    state.bodies[-2, :freedoms], state.bodies[-1, freedoms:-1] = wheels, wheels[tabulation.heavy_of(bodies)]
-    state.began[-2] = 1.0 / prepared.units.length
+    state.bodies[:freedoms, count - 2] = wheels
+    state.bodies[freedoms:-1, count - 1] = wheels[tabulation.heavy_of(bodies)]
+    state.began[:, count - 2] = 1.0 / prepared.units.length
     motion = Motion(*(table.copy() for table in prepared.motion))
-    posed, carried = _scratch(contacts, count, q, modes, states)
     told = tangent.Told(
-        np.zeros((len(logs.rows), count, layout.MOST_NODES)), np.zeros((len(logs.rows), count)),
-        np.zeros(len(logs.rows)), np.zeros((len(logs.events), 2, count)),
-        np.zeros((len(logs.moments) + 1, count, states)),
+        np.zeros((len(logs.rows), layout.MOST_NODES, LANES)), np.zeros((len(logs.rows), LANES)),
+        np.zeros(len(logs.rows)), np.zeros((len(logs.events), 2, LANES)),
     )  # fmt: skip
     return (
-        prepared.tables, _turns(found, all_of), prepared.data, logs, motion, stage_of(contacts, q, modes), state, posed,
-        carried, told, room_of(states),
+        prepared.tables, _turns(found, all_of), prepared.data, logs, motion, state, *_scratch(found, columns), told,
+        room_of(states),
     )  # fmt: skip
 
 
@@ -183,8 +192,20 @@ def is_ready(found: Found) -> bool:
 
 def tangents(found: Found, turns: list[turned.SystemTurn]) -> Tangents:
     """Return the derivatives of a march along some directions."""
+    groups = [turns[first : first + IN_ONE_PASS] for first in range(0, max(len(turns), 1), IN_ONE_PASS)]
+    parts = [_tangents(found, group) for group in groups]
+    if len(parts) == 1:
+        return parts[0]
+    events, peaks, pressed = (
+        np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in ("events", "peaks", "pressed")
+    )
+    states = np.concatenate([part.states for part in parts])
+    return Tangents(events, peaks, states, pressed, parts[0].of_starts)
+
+
+def _tangents(found: Found, turns: list[turned.SystemTurn]) -> Tangents:
     arguments = tangent_arguments(found, turns)
-    tables, told = arguments[1], arguments[-2]
+    tables, state, told = arguments[1], arguments[5], arguments[-2]
     if not tangent.tangent_kernel(*arguments):
         raise ArithmeticError("contacts do not settle with each other")
     prepared, logs, count = found.prepared, found.logs, len(turns)
@@ -195,10 +216,10 @@ def tangents(found: Found, turns: list[turned.SystemTurn]) -> Tangents:
     events = told.events[order][:, :, :count]
     events[:, tangent.OF_TIME] = (events[:, tangent.OF_TIME] + at[order, None] * slower) * seconds
     events[:, tangent.OF_SIZE] *= units.length
+    told = told._replace(forces=np.ascontiguousarray(told.forces.transpose(0, 2, 1)[:, :count]))
     peaks = _of_peaks(found, told, slower)
-    return Tangents(
-        events, peaks, told.bodies[-1, :count, :-1], _of_impulses(found, told, slower), told.bodies[-1, count:, :-1]
-    )
+    ends = state.bodies[:-1].T
+    return Tangents(events, peaks, ends[:count], _of_impulses(found, told, slower), ends[count : count + 2])
 
 
 # -- from parts to maxima and impulses --------------------------------------------------------------------------------

@@ -10,6 +10,13 @@ from wheeltapper.march.general.layout import IM, RE
 from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
+TOGETHER = 4
+"""Columns, of cells or of directions, that are multiplied at a time."""
+IN_1, IN_2, IN_3, IN_4 = range(TOGETHER)
+ROWS_TOGETHER = 5
+OF_1, OF_2, OF_3, OF_4, OF_5 = range(ROWS_TOGETHER)
+"""Columns and rows of such a product."""
+
 
 @uncounted_kernel
 def read_modes(rows: FloatArray, first: IntArray, re: FloatArray, im: FloatArray, c: FloatArray) -> None:
@@ -78,59 +85,163 @@ def add_turned_back(factor: FloatArray, more_re: FloatArray, more_im: FloatArray
 
 
 @uncounted_kernel
-def read_modes_of_all(rows: FloatArray, first: IntArray, modes: FloatArray, c: FloatArray) -> None:
-    """Do as `read_modes` for several amplitudes, (many, 2, modes), three at a time: c is (many, q)."""
-    many = len(modes)
-    for one in range(0, many, 3):
-        two = min(one + 1, many - 1)
-        three = min(one + 2, many - 1)
-        for m in range(c.shape[1]):
-            begin = first[m]
-            real, imaginary = rows[m, RE, begin:], rows[m, IM, begin:]
-            x1, y1 = modes[one, RE, begin:], modes[one, IM, begin:]
-            x2, y2 = modes[two, RE, begin:], modes[two, IM, begin:]
-            x3, y3 = modes[three, RE, begin:], modes[three, IM, begin:]
-            total1, total2, total3 = 0.0, 0.0, 0.0
-            for n in range(len(x1)):
-                total1 += real[n] * x1[n] + imaginary[n] * y1[n]
-                total2 += real[n] * x2[n] + imaginary[n] * y2[n]
-                total3 += real[n] * x3[n] + imaginary[n] * y3[n]
-            c[one, m] += total1
-            if two > one:
-                c[two, m] += total2
-            if three > two:
-                c[three, m] += total3
+def seen_from_first(rows: FloatArray, factor: FloatArray, out: FloatArray) -> None:
+    """Write a contact's rows, (q, 2, modes), for amplitudes as the first contact sees them."""
+    real, imaginary = factor[RE], factor[IM]
+    for m in range(len(rows)):
+        x, y = rows[m, RE], rows[m, IM]
+        to_re, to_im = out[m, RE], out[m, IM]
+        for n in range(len(x)):
+            to_re[n] = x[n] * real[n] + y[n] * imaginary[n]
+            to_im[n] = y[n] * real[n] - x[n] * imaginary[n]
 
 
 @uncounted_kernel
-def _write_three(
-    first: FloatArray, second: FloatArray, a1: float, b1: float, a2: float, b2: float, a3: float, b3: float,
-    x1: FloatArray, x2: FloatArray, x3: FloatArray,
-) -> None:  # fmt: skip
-    for n in range(len(x1)):
-        x1[n] += a1 * first[n] + b1 * second[n]
-        x2[n] += a2 * first[n] + b2 * second[n]
-        x3[n] += a3 * first[n] + b3 * second[n]
+def _products(one: FloatArray, two: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> tuple[float, float, float, float, float, float, float, float]:  # fmt: skip  # noqa: E501
+    """Return the products of two rows with each of four columns."""
+    a1, b1, c1, d1, a2, b2, c2, d2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for n in range(len(one)):
+        first, second = float(one[n]), float(two[n])
+        a1 += first * a[n]
+        b1 += first * b[n]
+        c1 += first * c[n]
+        d1 += first * d[n]
+        a2 += second * a[n]
+        b2 += second * b[n]
+        c2 += second * c[n]
+        d2 += second * d[n]
+    return a1, b1, c1, d1, a2, b2, c2, d2
 
 
 @uncounted_kernel
-def write_modes_of_all(rows: FloatArray, first: IntArray, moments: FloatArray, modes: FloatArray) -> None:
-    """Do as `write_modes` for several moments, (many, q), and amplitudes, (many, 2, modes), three at a time."""
-    many, q = moments.shape
-    for one in range(0, many, 3):
-        if one + 2 >= many:
-            for left in range(one, many):
-                write_modes(rows, first, moments[left], modes[left, RE], modes[left, IM])
-            break
+def _products_of_one(one: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> tuple[float, float, float, float]:  # fmt: skip  # noqa: E501
+    """Return the products of a row with each of four columns."""
+    a1, b1, c1, d1 = 0.0, 0.0, 0.0, 0.0
+    for n in range(len(one)):
+        first = float(one[n])
+        a1 += first * a[n]
+        b1 += first * b[n]
+        c1 += first * c[n]
+        d1 += first * d[n]
+    return a1, b1, c1, d1
+
+
+@uncounted_kernel
+def _products_with_pair(one: FloatArray, two: FloatArray, a: FloatArray, b: FloatArray) -> tuple[float, float, float, float]:  # fmt: skip  # noqa: E501
+    """Return the products of two rows with each of two columns."""
+    a1, b1, a2, b2 = 0.0, 0.0, 0.0, 0.0
+    for n in range(len(one)):
+        first, second = float(one[n]), float(two[n])
+        a1 += first * a[n]
+        b1 += first * b[n]
+        a2 += second * a[n]
+        b2 += second * b[n]
+    return a1, b1, a2, b2
+
+
+@uncounted_kernel
+def read_lanes(rows: FloatArray, first: IntArray, modes: FloatArray, out: FloatArray) -> None:
+    """Write what the modes' free motion gives each lane, (lanes, q), even in number; `rows` is (q, 2, modes)."""
+    q, fours = len(rows), len(modes) - len(modes) % TOGETHER
+    for w in range(len(modes)):
+        for m in range(q):
+            out[w, m] = 0.0
+    for part in range(2):
         for m in range(0, q, 2):
             other = min(m + 1, q - 1)
-            begin = first[m]
-            pair = 1.0 if other > m else 0.0
-            a1, b1 = moments[one, m], pair * moments[one, other]
-            a2, b2 = moments[one + 1, m], pair * moments[one + 1, other]
-            a3, b3 = moments[one + 2, m], pair * moments[one + 2, other]
-            for part in range(2):
-                _write_three(
-                    rows[m, part, begin:], rows[other, part, begin:], a1, b1, a2, b2, a3, b3,
-                    modes[one, part, begin:], modes[one + 1, part, begin:], modes[one + 2, part, begin:],
+            begin, both = first[m], first[other]
+            row, pair = rows[m, part, both:], rows[other, part, both:]
+            more = 1.0 if other > m else 0.0
+            for w in range(0, fours, TOGETHER):
+                if both > begin:  # modes of which the second row has nothing
+                    a1, b1, c1, d1 = _products_of_one(
+                        rows[m, part, begin:both], modes[w, part, begin:both], modes[w + 1, part, begin:both],
+                        modes[w + 2, part, begin:both], modes[w + 3, part, begin:both],
+                    )  # fmt: skip
+                    out[w, m] += a1
+                    out[w + 1, m] += b1
+                    out[w + 2, m] += c1
+                    out[w + 3, m] += d1
+                a1, b1, c1, d1, a2, b2, c2, d2 = _products(
+                    row, pair, modes[w, part, both:], modes[w + 1, part, both:], modes[w + 2, part, both:],
+                    modes[w + 3, part, both:],
                 )  # fmt: skip
+                out[w, m] += a1
+                out[w + 1, m] += b1
+                out[w + 2, m] += c1
+                out[w + 3, m] += d1
+                out[w, other] += more * a2
+                out[w + 1, other] += more * b2
+                out[w + 2, other] += more * c2
+                out[w + 3, other] += more * d2
+            if fours < len(modes):
+                a1, b1, a2, b2 = _products_with_pair(
+                    rows[m, part, begin:], rows[other, part, begin:], modes[fours, part, begin:],
+                    modes[fours + 1, part, begin:],
+                )  # fmt: skip
+                out[fours, m] += a1
+                out[fours + 1, m] += b1
+                out[fours, other] += more * a2
+                out[fours + 1, other] += more * b2
+
+
+@uncounted_kernel
+def _add_five(one: FloatArray, two: FloatArray, three: FloatArray, four: FloatArray, five: FloatArray, shares: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> None:  # fmt: skip  # noqa: E501
+    """Add five rows to each of four columns, times their `shares`, (column, row)."""
+    by = shares[IN_1]
+    a1, a2, a3, a4, a5 = by[OF_1], by[OF_2], by[OF_3], by[OF_4], by[OF_5]
+    by = shares[IN_2]
+    b1, b2, b3, b4, b5 = by[OF_1], by[OF_2], by[OF_3], by[OF_4], by[OF_5]
+    by = shares[IN_3]
+    c1, c2, c3, c4, c5 = by[OF_1], by[OF_2], by[OF_3], by[OF_4], by[OF_5]
+    by = shares[IN_4]
+    d1, d2, d3, d4, d5 = by[OF_1], by[OF_2], by[OF_3], by[OF_4], by[OF_5]
+    for n in range(len(one)):
+        r1, r2, r3, r4, r5 = float(one[n]), float(two[n]), float(three[n]), float(four[n]), float(five[n])
+        a[n] += a1 * r1 + a2 * r2 + a3 * r3 + a4 * r4 + a5 * r5
+        b[n] += b1 * r1 + b2 * r2 + b3 * r3 + b4 * r4 + b5 * r5
+        c[n] += c1 * r1 + c2 * r2 + c3 * r3 + c4 * r4 + c5 * r5
+        d[n] += d1 * r1 + d2 * r2 + d3 * r3 + d4 * r4 + d5 * r5
+
+
+@uncounted_kernel
+def _add_five_to_pair(one: FloatArray, two: FloatArray, three: FloatArray, four: FloatArray, five: FloatArray, shares: FloatArray, a: FloatArray, b: FloatArray) -> None:  # fmt: skip  # noqa: E501
+    """Do so to each of two columns."""
+    by = shares[IN_1]
+    a1, a2, a3, a4, a5 = by[OF_1], by[OF_2], by[OF_3], by[OF_4], by[OF_5]
+    by = shares[IN_2]
+    b1, b2, b3, b4, b5 = by[OF_1], by[OF_2], by[OF_3], by[OF_4], by[OF_5]
+    for n in range(len(one)):
+        r1, r2, r3, r4, r5 = float(one[n]), float(two[n]), float(three[n]), float(four[n]), float(five[n])
+        a[n] += a1 * r1 + a2 * r2 + a3 * r3 + a4 * r4 + a5 * r5
+        b[n] += b1 * r1 + b2 * r2 + b3 * r3 + b4 * r4 + b5 * r5
+
+
+@uncounted_kernel
+def write_lanes(rows: FloatArray, first: IntArray, moments: FloatArray, modes: FloatArray) -> None:
+    """Add to the amplitudes of each lane, of an even number, what the moments of its force give, (lanes, q)."""
+    q = len(rows)
+    fives, fours = q - q % ROWS_TOGETHER, len(modes) - len(modes) % TOGETHER
+    for part in range(2):
+        for m in range(0, fives, ROWS_TOGETHER):
+            begin = first[m]
+            one, two, three = rows[m, part, begin:], rows[m + 1, part, begin:], rows[m + 2, part, begin:]
+            four, five = rows[m + 3, part, begin:], rows[m + 4, part, begin:]
+            for w in range(0, fours, TOGETHER):
+                _add_five(
+                    one, two, three, four, five, moments[w : w + TOGETHER, m : m + ROWS_TOGETHER],
+                    modes[w, part, begin:], modes[w + 1, part, begin:], modes[w + 2, part, begin:],
+                    modes[w + 3, part, begin:],
+                )  # fmt: skip
+            if fours < len(modes):
+                _add_five_to_pair(
+                    one, two, three, four, five, moments[fours:, m : m + ROWS_TOGETHER], modes[fours, part, begin:],
+                    modes[fours + 1, part, begin:],
+                )  # fmt: skip
+        for m in range(fives, q):
+            begin = first[m]
+            for column in range(len(modes)):
+                row, out = rows[m, part, begin:], modes[column, part, begin:]
+                share = moments[column, m]
+                for n in range(len(row)):
+                    out[n] += share * row[n]

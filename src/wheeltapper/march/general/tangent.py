@@ -20,12 +20,12 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout, local, modal, paths
-from wheeltapper.march.general.algebra import copy, factorise, solve_factorised
+from wheeltapper.march.general.algebra import LANES, copy, factorise, solve_lanes
 from wheeltapper.march.general.careful import EVENTS_NOW, ROWS_NOW, SNAP, share_part
 from wheeltapper.march.general.laws.switch import LAW_RATED, forces
 from wheeltapper.march.general.layout import BEGIN, EVENLY, IM, RE
-from wheeltapper.march.general.records import Data, Logs, Motion, Nodes, Room, Site, Stage, Tables
-from wheeltapper.march.general.stepping import bays_ahead, write_step
+from wheeltapper.march.general.records import Data, Logs, Motion, Nodes, Room, Site, Tables
+from wheeltapper.march.general.stepping import bays_ahead
 from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
@@ -45,7 +45,7 @@ LAW_CONSTANT, LAW_LOSS = 1, 2
 
 
 class Turns(NamedTuple):
-    """Derivatives along some directions, in the march's units.
+    """Derivatives along some directions, at most LANES, in the march's units.
 
     Attributes
     ----------
@@ -60,12 +60,14 @@ class Turns(NamedTuple):
         Of the macro step, over its length, (directions,).
     structured
         1 where tables of the structure change, (directions,).
-    bodies_read, bodies_write, bodies_step, kernels, cross, residual
-        Of these tables, behind the direction's axis; `residual` at the nodes' Legendre coefficients.
-    modal
-        The table of the next three that each direction has, -1 for none, (directions,).
-    reads, writes, decay
-        Of the modes' tables, behind an axis of tables.
+    bodies_read, bodies_write, bodies_step, kernels, matrices, cross
+        Of these tables, behind the direction's axis.
+    rates
+        λ·H of the modes, (2, modes).
+    later, remaining
+        From Legendre coefficients to those of the polynomial times θ at the nodes, and from moments of a force to those
+        of the force times 1 - θ, (q, q) both. A macro step that lasts longer changes what is read of the modes by
+        λ·H·θ, and what they take by λ·H·(1 - θ).
     """
 
     bent: IntArray
@@ -77,23 +79,25 @@ class Turns(NamedTuple):
     bodies_write: FloatArray
     bodies_step: FloatArray
     kernels: FloatArray
+    matrices: FloatArray
     cross: FloatArray
-    residual: FloatArray
-    modal: IntArray
-    reads: FloatArray
-    writes: FloatArray
-    decay: FloatArray
+    rates: FloatArray
+    later: FloatArray
+    remaining: FloatArray
 
 
 class Turned(NamedTuple):
-    """Derivatives of the state, which go along.
+    """Derivatives of the state, which go along; each direction has a lane.
 
     Attributes
     ----------
-    modes, bodies, began
-        (directions, 2, modes), (directions, states), (directions, contacts).
+    modes
+        (columns, 2, modes): a column for each direction. Where the speed changes, then those of the march itself, and
+        one of scratch.
+    bodies, began
+        (states, LANES), (contacts, LANES).
     shifts
-        How the path's table has moved under each contact, m, (directions, contacts).
+        How the path's table has moved under each contact, m, (contacts, LANES).
     pressed
         Force at the end of each contact's last part, (contacts,).
     """
@@ -115,11 +119,11 @@ class Posed(NamedTuple):
     rows
         Their logged rows, (contacts, parts).
     P, pace, J, K, slope, viscous
-        As in `Room`, J factorised.
+        As in `Room`, J factorised; K where a law depends on the rate.
     smoothly
         Whether the rate is taken from the nodes alone.
     given, direct
-        Right-hand side, and N_p, (contacts, parts, directions, nodes).
+        Right-hand side, and N_p, (contacts, parts, nodes, LANES).
     jumps, drop, moved, risen
         Whether the path jumps where a part begins, by how much the force drops there, how far its beginning moves, and
         the gap there rises at fixed moments.
@@ -127,9 +131,9 @@ class Posed(NamedTuple):
         Of the events: behind how many parts, logged row, D' and D'', and whether it is at a jump of the path, or of a
         law that would pull: such an event's time has no derivative.
     raised
-        Change of the gap and of its slope at fixed moments, (contacts, events, 2, directions).
+        Change of the gap and of its slope at fixed moments, (contacts, events, 2, LANES).
     forces
-        The solution, (contacts, directions, parts, nodes).
+        The solution, (contacts, parts, nodes, LANES).
     """
 
     counts: IntArray
@@ -193,19 +197,23 @@ class Carried(NamedTuple):
     Attributes
     ----------
     free, change
-        Of c, without and with the forces of other contacts, (directions, contacts, q).
+        Of c, without and with the forces of other contacts, (contacts, q, LANES).
     moments
-        Of the forces, (directions, contacts, q).
+        Of the forces, (contacts, q, LANES).
     began
-        Of the indentation at the part's start, (directions, contacts).
+        Of the indentation at the part's start, (contacts, LANES).
     felt
-        At the nodes, of other contacts, (directions, contacts, q).
-    shares, sums
-        As in `Stage`, (directions + 1, contacts, q, q) and (q, q); the last is that of the forces themselves.
-    modes
-        Scratch memory, (directions, 2, modes).
-    spare
-        (states,).
+        At the nodes, of other contacts, (contacts, q, LANES).
+    steps, sizes
+        By how much the last sweep has changed what contacts feel, and its size, (LANES,).
+    shares
+        As in `Stage`, (contacts, q, q, LANES).
+    base, sums
+        The same of the forces themselves, (contacts, q, q), and scratch of one contact, (q, q).
+    gap, delta, bodies
+        Scratch memory: (q, LANES), (nodes, LANES), (states, LANES).
+    seen, written, rows
+        Scratch memory of the modes: (columns, q) twice, (q, 2, modes).
     """
 
     free: FloatArray
@@ -213,10 +221,17 @@ class Carried(NamedTuple):
     moments: FloatArray
     began: FloatArray
     felt: FloatArray
+    steps: FloatArray
+    sizes: FloatArray
     shares: FloatArray
+    base: FloatArray
     sums: FloatArray
-    modes: FloatArray
-    spare: FloatArray
+    gap: FloatArray
+    delta: FloatArray
+    bodies: FloatArray
+    seen: FloatArray
+    written: FloatArray
+    rows: FloatArray
 
 
 class Told(NamedTuple):
@@ -225,22 +240,19 @@ class Told(NamedTuple):
     Attributes
     ----------
     forces
-        At the nodes of parts, (rows, directions, nodes).
+        At the nodes of parts, (rows, nodes, LANES).
     moved
-        Of where they begin at a breakpoint of the path, parts of a macro step, (rows, directions).
+        Of where they begin at a breakpoint of the path, parts of a macro step, (rows, LANES).
     drops
         By how much the force drops there, (rows,).
     events
-        (events, 2, directions).
-    bodies
-        At the start of macro steps, (steps + 1, directions, states).
+        (events, 2, LANES).
     """
 
     forces: FloatArray
     moved: FloatArray
     drops: FloatArray
     events: FloatArray
-    bodies: FloatArray
 
 
 # -- the path ---------------------------------------------------------------------------------------------------------
@@ -407,7 +419,14 @@ def _enter(i: int, k: int, theta: float, n: int, nodes: Nodes, row: FloatArray, 
 
 
 @inlined_uncounted_kernel
-def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data: Data, logs: Logs, motion: Motion, state: Turned, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
+def _is_whole(row: FloatArray, q: int) -> bool:
+    """Return True where a logged part is a whole macro step at its own nodes."""
+    evenly = row[layout.ROW_MAP] == EVENLY and row[layout.ROW_NODES] == q
+    return evenly and row[layout.ROW_FROM] == 0.0 and row[layout.ROW_TO] == 1.0
+
+
+@inlined_uncounted_kernel
+def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data: Data, logs: Logs, motion: Motion, state: Turned, posed: Posed, room: Room) -> None:  # fmt: skip  # noqa: E501
     """Write the linearised problems of a contact's parts in a macro step."""
     q = len(data.macro.places)
     p = step % tables.matrices.shape[1]
@@ -420,7 +439,7 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
         data.table, data.starts[i] + step * stride, stride, 1.0 / data.settings[layout.LENGTH_UNIT],
         data.settings[layout.STEP_NOW],
     )  # fmt: skip
-    shifts = state.shifts[:, i]
+    shifts = state.shifts[i]
     rated = law[LAW_RATED] != 0.0
     paced = rated
     for direction in range(directions):
@@ -429,6 +448,8 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
     event, told = logged.first_event, 0
     count = logged.end_row - logged.first_row
     for k in range(count + 1):
+        if k == count and event == logged.end_event:
+            break
         row = logs.rows[logged.first_row + min(k, count - 1)]
         n = int(row[layout.ROW_NODES])
         theta = row[layout.ROW_FROM] if k < count else 2.0
@@ -440,7 +461,8 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
             posed.rows[i, k] = logged.first_row + k
             posed.jumps[i, k] = 0
             jumps = _enter(i, k, theta, n, nodes, row, turns, shifts, state.pressed, site, posed, room)
-        local.free_sum(q, site.c, site.B, room.moments, room.free)
+        if jumps or event < logged.end_event or not _is_whole(row, q):
+            local.free_sum(q, site.c, site.B, room.moments, room.free)
         if jumps:
             posed.jumps[i, k] = 1
             value, _ = local.gap_at(theta, q, room.free, site)
@@ -485,7 +507,7 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
         if n == 1:
             continue
         part = Part(i, k, p, n, nodes, rated)
-        _pose_part(part, row, paced, tables, turns, data, shifts, site, posed, carried, room)
+        _pose_part(part, row, paced, tables, turns, data, shifts, site, posed, room)
         state.pressed[i] = _edge(n, nodes, room.N, 1.0)
         for j in range(n):
             share = nodes.weights[j] * room.pace[j] * room.N[j]
@@ -498,13 +520,13 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
 
 
 @inlined_uncounted_kernel
-def _pose_part(part: Part, row: FloatArray, paced: bool, tables: Tables, turns: Turns, data: Data, shifts: FloatArray, site: Site, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
+def _pose_part(part: Part, row: FloatArray, paced: bool, tables: Tables, turns: Turns, data: Data, shifts: FloatArray, site: Site, posed: Posed, room: Room) -> None:  # fmt: skip  # noqa: E501
     """Write the linearised problem of one part; its forces are in `room.N`."""
     i, k, p, n, nodes, rated = part
     q = len(data.macro.places)
     how = int(row[layout.ROW_MAP])
     origin, span = row[layout.ROW_ORIGIN], row[layout.ROW_SPAN]
-    whole = how == EVENLY and n == q and row[layout.ROW_FROM] == 0.0 and row[layout.ROW_TO] == 1.0
+    whole = _is_whole(row, q)
     for a in range(n):
         room.N[a] = row[layout.ROW_FORCES + a]
     if whole:
@@ -557,14 +579,16 @@ def _pose_part(part: Part, row: FloatArray, paced: bool, tables: Tables, turns: 
             posed.P[i, k, a, m] = room.P[a, m]
         for b in range(n):
             posed.J[i, k, a, b] = room.J[a, b]
-            posed.K[i, k, a, b] = room.K[a, b]
+        if rated:
+            for b in range(n):
+                posed.K[i, k, a, b] = room.K[a, b]
     structured = False
     for direction in range(len(turns.bent)):
         structured = structured or turns.structured[direction] != 0
-    if structured:
+    if structured and not whole:
         _moments_at_nodes(n, q, nodes, room)
     for direction in range(len(turns.bent)):
-        _pose_direction(direction, q, part, turns, shifts, site, posed, carried, room)
+        _pose_direction(direction, q, whole, part, turns, shifts, site, posed, room)
 
 
 @uncounted_kernel
@@ -580,18 +604,19 @@ def _moments_at_nodes(n: int, q: int, nodes: Nodes, room: Room) -> None:
 
 
 @inlined_uncounted_kernel
-def _pose_direction(direction: int, q: int, part: Part, turns: Turns, shifts: FloatArray, site: Site, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
+def _pose_direction(direction: int, q: int, whole: bool, part: Part, turns: Turns, shifts: FloatArray, site: Site, posed: Posed, room: Room) -> None:  # fmt: skip  # noqa: E501
     """Write N_p and the right-hand side of one part along a direction, without what was before this macro step.
 
-    `room.T` holds the moments at the nodes, if any direction changes the structure.
+    `room.T` holds the moments at the nodes, if any direction changes the structure and the part is no `whole` step.
     """
     i, k, p, n, _, rated = part
-    given, direct = posed.given[i, k, direction], posed.direct[i, k, direction]
+    given, direct = posed.given[i, k], posed.direct[i, k]
     stronger = turns.laws[direction, i, LAW_CONSTANT]
     lossier = turns.laws[direction, i, LAW_LOSS]
     slower = turns.seconds[direction]
     bent = turns.bent[direction]
     plain = stronger == 0.0 and lossier == 0.0
+    factored = bent >= 0 and site.pieces[int(site.place[layout.PIECE_NOW]), contract.FACTOR_DEGREE] >= 0.0
     if not plain:
         stronger /= site.law[LAW_CONSTANT]
     for a in range(n):
@@ -602,137 +627,183 @@ def _pose_direction(direction: int, q: int, part: Part, turns: Turns, shifts: Fl
                 total += room.N[a] * lossier * room.rate[a] / (1.0 + site.law[LAW_LOSS] * room.rate[a])
         if rated and slower != 0.0:
             total -= room.viscous[a] * room.rate[a] * slower
-        value = 0.0
-        if bent >= 0:
-            value, _ = _turn_at(direction, room.theta[a], turns, shifts, site)
-            if site.pieces[int(site.place[layout.PIECE_NOW]), contract.FACTOR_DEGREE] >= 0.0:
-                total += (
-                    room.N[a]
-                    / room.factor[a]
-                    * factor_turn(
-                        site.pieces,
-                        turns.bends[bent],
-                        shifts[direction],
-                        site.place,
-                        site.x0,
-                        site.stride,
-                        room.theta[a],
-                    )
-                )
-        direct[a] = total
-        given[a] = value
-    for a in range(n):
-        total = room.r[a] * direct[a]
-        for b in range(n):
-            total += room.K[a, b] * direct[b]
-        given[a] -= total
+        if factored:
+            more = factor_turn(
+                site.pieces, turns.bends[bent], shifts[direction], site.place, site.x0, site.stride, room.theta[a]
+            )
+            total += room.N[a] / room.factor[a] * more
+        direct[a, direction] = total
+        given[a, direction] = 0.0
+    if bent >= 0:
+        for a in range(n):
+            given[a, direction], _ = _turn_at(direction, room.theta[a], turns, shifts, site)
+    if not plain or factored or (rated and slower != 0.0):
+        for a in range(n):
+            total = room.r[a] * direct[a, direction]
+            for b in range(n):
+                total += room.K[a, b] * direct[b, direction]
+            given[a, direction] -= total
     if turns.structured[direction] == 0:
         return
+    if whole:
+        matrix = turns.matrices[direction, i, p % turns.matrices.shape[2]]
+        for a in range(n):
+            total = 0.0
+            for b in range(n):
+                total += matrix[a, b] * room.N[b]
+            given[a, direction] -= total
+        return
     kernel_turn = turns.kernels[direction, i, p % turns.kernels.shape[2]]
-    residual_turn = turns.residual[direction, i, p % turns.residual.shape[2]]
     for a in range(n):
         for j in range(q):
-            total = residual_turn[j] * room.N[a]
+            total = 0.0
             for m in range(q):
                 total += kernel_turn[j, m] * room.T[a, m]
-            given[a] -= room.P[a, j] * total
+            given[a, direction] -= room.P[a, j] * total
 
 
 # -- carrying directions over the parts -------------------------------------------------------------------------------
 
 
 @inlined_uncounted_kernel
-def _carry(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: Data, logs: Logs, state: Turned, posed: Posed, carried: Carried, told: Told, room: Room) -> None:  # fmt: skip  # noqa: E501
-    """Solve the parts of a contact along one direction, from its change of c; write moments, forces and events."""
-    q = len(data.macro.places)
-    seconds = data.settings[layout.STEP_NOW]
-    rated = data.laws[i, LAW_RATED] != 0.0
-    c, m, f, x = carried.change[direction, i], carried.moments[direction, i], room.free, room.F
-    began = state.began[direction, i]
+def _sum_at(direction: int, theta: float, q: int, a: FloatArray, out: FloatArray) -> tuple[float, float]:
+    """Do as `local.sum_at` with one lane of coefficients, (q, LANES)."""
     for j in range(q):
-        m[j] = 0.0
-    event = 0
-    parts = posed.counts[i, ROWS_NOW]
-    for k in range(parts + 1):
-        leap = 0.0
-        if k < parts and posed.drop[i, k] != 0.0:
-            leap = posed.moved[i, k, direction]
-            room.theta[BEGIN] = logs.rows[posed.rows[i, k], layout.ROW_FROM]
-            local.legendre_rows(1, room.theta, q, room.P)
-            for j in range(q):
-                m[j] += posed.drop[i, k] * leap * room.P[BEGIN, j]
-        local.free_sum(q, c, tables.kernels[i, p], m, f)
-        if k < parts and posed.jumps[i, k] != 0:
-            room.theta[BEGIN] = logs.rows[posed.rows[i, k], layout.ROW_FROM]
-            began, _ = local.sum_at(room.theta[BEGIN], q, f)
-            began += posed.risen[i, k, direction]
-        while event < posed.counts[i, EVENTS_NOW] and posed.after[i, event] == k:
-            row = posed.events[i, event]
-            at = logs.events[row, layout.EVENT_PART]
-            value, slope = local.sum_at(at, q, f)
-            value += posed.raised[i, event, OF_TIME, direction]
-            slope += posed.raised[i, event, OF_SIZE, direction]
-            later = -value / posed.steep[i, event]
-            if posed.leaps[i, event] == LEAPS:
-                later = posed.moved[i, k, direction]
-            elif posed.leaps[i, event] == PULLS_THERE:
-                later = np.nan
-            slope += posed.bend[i, event] * later - posed.steep[i, event] * turns.seconds[direction]
-            told.events[row, OF_TIME, direction] = later
-            told.events[row, OF_SIZE, direction] = slope / seconds
-            if posed.leaps[i, event] != LEAPS:
-                began = value if logs.events[row, layout.EVENT_KIND_IS] == contract.IMPACT else 0.0
-            event += 1
-        if k == parts:
-            break
-        n = int(logs.rows[posed.rows[i, k], layout.ROW_NODES])
-        if n == 1:
-            continue
-        nodes = data.macro
-        if n != q:
-            nodes = data.part
-        slopes = nodes.slopes
-        if posed.smoothly[i, k] != 0:
-            slopes = nodes.own_slopes
-        P, given = posed.P[i, k], posed.given[i, k, direction]
-        for a in range(n):
-            total = given[a]
-            for j in range(q):
-                total += P[a, j] * f[j]
-            x[a] = total
-        if rated:
-            for a in range(n):
-                share = posed.viscous[i, k, a] * slopes[a, BEGIN] * began
-                x[a] -= posed.r[i, k, a] * share
-                for b in range(n):
-                    x[b] -= posed.K[i, k, b, a] * share
-        solve_factorised(posed.J[i, k], n, x)
-        N = posed.forces[i, direction, k]
-        for a in range(n):
-            N[a] = posed.slope[i, k, a] * x[a] + posed.direct[i, k, direction, a]
-        if rated:
-            for a in range(n):
-                total = slopes[a, BEGIN] * began
-                for b in range(n):
-                    total += slopes[a, b + 1] * x[b]
-                N[a] += posed.viscous[i, k, a] * total
-            ended = 0.0
-            for a in range(n):
-                ended += nodes.end[a] * x[a] if posed.smoothly[i, k] != 0 else nodes.reach[a + 1] * x[a]
-            began = ended if posed.smoothly[i, k] != 0 else ended + nodes.reach[BEGIN] * began
-        for a in range(n):
-            share = nodes.weights[a] * posed.pace[i, k, a] * N[a]
-            for j in range(q):
-                m[j] += share * P[a, j]
-    carried.began[direction, i] = began
+        out[j] = a[j, direction]
+    return local.sum_at(theta, q, out)
 
 
 @inlined_uncounted_kernel
-def _write_shares(direction: int, i: int, data: Data, logs: Logs, posed: Posed, carried: Carried, room: Room) -> None:
-    """Write what others feel of a contact's change of force, or behind the last direction of its force."""
+def _gap_of(q: int, fresh: bool, i: int, p: int, tables: Tables, carried: Carried) -> None:
+    """Write c - B·moments of all lanes; `fresh` where there are no moments yet."""
+    B, c, m, f = tables.kernels[i, p], carried.change[i], carried.moments[i], carried.gap
+    for j in range(q):
+        for lane in range(LANES):
+            f[j, lane] = c[j, lane]
+    if fresh:
+        return
+    for k in range(q):
+        for j in range(q):
+            answer = B[j, k]
+            for lane in range(LANES):
+                f[j, lane] -= answer * m[k, lane]
+
+
+@inlined_uncounted_kernel
+def _press(k: int, i: int, q: int, rated: bool, data: Data, logs: Logs, posed: Posed, carried: Carried) -> None:
+    """Solve a part along all directions, from the gap's coefficients; write its forces, and add to the moments."""
+    m, f, x, began = carried.moments[i], carried.gap, carried.delta, carried.began[i]
+    n = int(logs.rows[posed.rows[i, k], layout.ROW_NODES])
+    nodes = data.macro
+    if n != q:
+        nodes = data.part
+    slopes = nodes.slopes
+    if posed.smoothly[i, k] != 0:
+        slopes = nodes.own_slopes
+    P, given, direct, N = posed.P[i, k], posed.given[i, k], posed.direct[i, k], posed.forces[i, k]
+    for a in range(n):
+        for lane in range(LANES):
+            x[a, lane] = given[a, lane]
+    for j in range(q):
+        for a in range(n):
+            value = P[a, j]
+            for lane in range(LANES):
+                x[a, lane] += value * f[j, lane]
+    if rated:
+        for a in range(n):
+            share = posed.viscous[i, k, a] * slopes[a, BEGIN]
+            for lane in range(LANES):
+                x[a, lane] -= posed.r[i, k, a] * share * began[lane]
+            for b in range(n):
+                for lane in range(LANES):
+                    x[b, lane] -= posed.K[i, k, b, a] * share * began[lane]
+    solve_lanes(posed.J[i, k], n, x)
+    for a in range(n):
+        slope = posed.slope[i, k, a]
+        for lane in range(LANES):
+            N[a, lane] = slope * x[a, lane] + direct[a, lane]
+    if rated:
+        for a in range(n):
+            viscous = posed.viscous[i, k, a]
+            for lane in range(LANES):
+                N[a, lane] += viscous * slopes[a, BEGIN] * began[lane]
+            for b in range(n):
+                share = viscous * slopes[a, b + 1]
+                for lane in range(LANES):
+                    N[a, lane] += share * x[b, lane]
+        smoothly = posed.smoothly[i, k] != 0
+        for lane in range(LANES):
+            began[lane] *= 0.0 if smoothly else nodes.reach[BEGIN]
+        for a in range(n):
+            share = nodes.end[a] if smoothly else nodes.reach[a + 1]
+            for lane in range(LANES):
+                began[lane] += share * x[a, lane]
+    for a in range(n):
+        weight = nodes.weights[a] * posed.pace[i, k, a]
+        for j in range(q):
+            share = weight * P[a, j]
+            for lane in range(LANES):
+                m[j, lane] += share * N[a, lane]
+
+
+@inlined_uncounted_kernel
+def _carry(i: int, p: int, tables: Tables, turns: Turns, data: Data, logs: Logs, state: Turned, posed: Posed, carried: Carried, told: Told, room: Room) -> None:  # fmt: skip  # noqa: E501
+    """Solve the parts of a contact along all directions, from their change of c; write moments, forces and events."""
+    q, directions = len(data.macro.places), len(turns.bent)
+    seconds = data.settings[layout.STEP_NOW]
+    rated = data.laws[i, LAW_RATED] != 0.0
+    m, f, began = carried.moments[i], carried.gap, carried.began[i]
+    for j in range(q):
+        for lane in range(LANES):
+            m[j, lane] = 0.0
+    for lane in range(LANES):
+        began[lane] = state.began[i, lane]
+    event, fresh = 0, True
+    parts, events = posed.counts[i, ROWS_NOW], posed.counts[i, EVENTS_NOW]
+    for k in range(parts + 1):
+        if k == parts and event == events:
+            break
+        if k < parts and posed.drop[i, k] != 0.0:
+            fresh = False
+            room.theta[BEGIN] = logs.rows[posed.rows[i, k], layout.ROW_FROM]
+            local.legendre_rows(1, room.theta, q, room.P)
+            for j in range(q):
+                for lane in range(LANES):
+                    m[j, lane] += posed.drop[i, k] * posed.moved[i, k, lane] * room.P[BEGIN, j]
+        _gap_of(q, fresh, i, p, tables, carried)
+        if k < parts and posed.jumps[i, k] != 0:
+            theta = logs.rows[posed.rows[i, k], layout.ROW_FROM]
+            for direction in range(directions):
+                value, _ = _sum_at(direction, theta, q, f, room.free)
+                began[direction] = value + posed.risen[i, k, direction]
+        while event < events and posed.after[i, event] == k:
+            row = posed.events[i, event]
+            at, leaps = logs.events[row, layout.EVENT_PART], posed.leaps[i, event]
+            for direction in range(directions):
+                value, slope = _sum_at(direction, at, q, f, room.free)
+                value += posed.raised[i, event, OF_TIME, direction]
+                slope += posed.raised[i, event, OF_SIZE, direction]
+                later = -value / posed.steep[i, event]
+                if leaps == LEAPS:
+                    later = posed.moved[i, k, direction]
+                elif leaps == PULLS_THERE:
+                    later = np.nan
+                slope += posed.bend[i, event] * later - posed.steep[i, event] * turns.seconds[direction]
+                told.events[row, OF_TIME, direction] = later
+                told.events[row, OF_SIZE, direction] = slope / seconds
+                if leaps != LEAPS:
+                    hits = logs.events[row, layout.EVENT_KIND_IS] == contract.IMPACT
+                    began[direction] = value if hits else 0.0
+            event += 1
+        if k < parts and logs.rows[posed.rows[i, k], layout.ROW_NODES] != 1.0:
+            _press(k, i, q, rated, data, logs, posed, carried)
+            fresh = False
+
+
+@inlined_uncounted_kernel
+def _share_of(i: int, direction: int, base: bool, data: Data, logs: Logs, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
+    """Write in `carried.sums` what others feel of a contact's change of force, or with `base` of its force."""
     q = len(data.macro.places)
-    base = direction == posed.forces.shape[1]
-    out = carried.shares[direction, i]
     room.moments[:q] = 0.0
     node = 0
     for k in range(posed.counts[i, ROWS_NOW]):
@@ -752,7 +823,7 @@ def _write_shares(direction: int, i: int, data: Data, logs: Logs, posed: Posed, 
         if n != q:
             nodes = data.part
         for a in range(n):
-            room.N[a] = row[layout.ROW_FORCES + a] if base else posed.forces[i, direction, k, a]
+            room.N[a] = row[layout.ROW_FORCES + a] if base else posed.forces[i, k, a, direction]
             room.pace[a] = posed.pace[i, k, a]
             for j in range(q):
                 room.P[a, j] = posed.P[i, k, a, j]
@@ -764,47 +835,86 @@ def _write_shares(direction: int, i: int, data: Data, logs: Logs, posed: Posed, 
     while node < q:
         copy(room.moments[:q], carried.sums[node])
         node += 1
+
+
+@uncounted_kernel
+def _share_of_parts(i: int, direction: int, data: Data, logs: Logs, posed: Posed, carried: Carried, room: Room) -> None:
+    """Write what others feel of a contact with events, along one direction."""
+    q = len(data.macro.places)
+    _share_of(i, direction, False, data, logs, posed, carried, room)
     for k in range(q):
         for m in range(q):
             total = 0.0
             for j in range(q):
                 total += carried.sums[k, j] * data.macro.transform[j, m]
-            out[k, m] = total
+            carried.shares[i, k, m, direction] = total
 
 
 @uncounted_kernel
-def _write_base_shares(last: int, i: int, data: Data, logs: Logs, posed: Posed, carried: Carried, room: Room) -> None:
-    """Do as `_write_shares`, of the forces themselves."""
-    _write_shares(last, i, data, logs, posed, carried, room)
+def _share_base(i: int, data: Data, logs: Logs, posed: Posed, carried: Carried, room: Room) -> None:
+    """Write what others feel of a contact's force."""
+    q = len(data.macro.places)
+    _share_of(i, BEGIN, True, data, logs, posed, carried, room)
+    for k in range(q):
+        for m in range(q):
+            total = 0.0
+            for j in range(q):
+                total += carried.sums[k, j] * data.macro.transform[j, m]
+            carried.base[i, k, m] = total
 
 
 @inlined_uncounted_kernel
-def _feel(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: Data, carried: Carried) -> tuple[float, float]:  # fmt: skip  # noqa: E501
-    """Write what a contact feels of others along a direction, and its change of c; return the change and the size."""
+def _share(i: int, directions: int, data: Data, logs: Logs, posed: Posed, carried: Carried, room: Room) -> None:
+    """Write what others feel of a contact's change of force."""
     q = len(data.macro.places)
-    felt = carried.felt[direction, i]
-    last = carried.shares.shape[0] - 1
-    change, size = 0.0, 0.0
+    if posed.counts[i, ROWS_NOW] != 1 or posed.drop[i, BEGIN] != 0.0 or not _is_whole(logs.rows[posed.rows[i, BEGIN]], q):  # fmt: skip  # noqa: E501
+        for direction in range(directions):
+            _share_of_parts(i, direction, data, logs, posed, carried, room)
+        return
     for k in range(q):
-        total = 0.0
-        for j in range(carried.felt.shape[1]):
+        for m in range(q):
+            share = data.macro.integrals[k, m]
+            for lane in range(LANES):
+                carried.shares[i, k, m, lane] = share * posed.forces[i, BEGIN, m, lane]
+
+
+@inlined_uncounted_kernel
+def _feel(i: int, p: int, tables: Tables, turns: Turns, data: Data, carried: Carried) -> float:
+    """Write what a contact feels of others along all directions, and its change of c; return by how much it changes."""
+    q = len(data.macro.places)
+    felt, change, contacts = carried.felt[i], carried.change[i], len(carried.felt)
+    most = 0.0
+    for k in range(q):
+        total = carried.delta[BEGIN]
+        for lane in range(LANES):
+            total[lane] = 0.0
+        for j in range(contacts):
             if tables.coupled[i, j] != 0:
                 for m in range(q):
-                    total += tables.cross[i, j, p, k, m] * carried.shares[direction, j, k, m]
-                if turns.structured[direction] != 0:
-                    crossed = turns.cross[direction, i, j, p % turns.cross.shape[3]]
-                    for m in range(q):
-                        total += crossed[k, m] * carried.shares[last, j, k, m]
-        change = max(change, abs(total - felt[k]))
-        size = max(size, abs(total))
-        felt[k] = total
+                    answer = tables.cross[i, j, p, k, m]
+                    for lane in range(LANES):
+                        total[lane] += answer * carried.shares[j, k, m, lane]
+                for direction in range(len(turns.bent)):
+                    if turns.structured[direction] != 0:
+                        crossed = turns.cross[direction, i, j, p % turns.cross.shape[3]]
+                        for m in range(q):
+                            total[direction] += crossed[k, m] * carried.base[j, k, m]
+        for lane in range(LANES):
+            step = abs(total[lane] - felt[k, lane])
+            most = max(most, step)
+            carried.steps[lane] = max(carried.steps[lane], step)
+            carried.sizes[lane] = max(carried.sizes[lane], abs(total[lane]))
+            felt[k, lane] = total[lane]
     for m in range(q):
-        total = carried.free[direction, i, m]
+        for lane in range(LANES):
+            change[m, lane] = carried.free[i, m, lane]
         for k in range(q):
-            total -= data.macro.transform[m, k] * felt[k]
-        carried.change[direction, i, m] = total
-        size = max(size, abs(total))
-    return change, size
+            share = data.macro.transform[m, k]
+            for lane in range(LANES):
+                change[m, lane] -= share * felt[k, lane]
+        for lane in range(LANES):
+            carried.sizes[lane] = max(carried.sizes[lane], abs(change[m, lane]))
+    return most
 
 
 # -- the structure ----------------------------------------------------------------------------------------------------
@@ -813,113 +923,144 @@ def _feel(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: Da
 @inlined_uncounted_kernel
 def _read_turned(step: int, i: int, tables: Tables, turns: Turns, motion: Motion, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
     """Write the change of a contact's free motion, along all directions."""
-    phases = tables.reads.shape[1]
-    at = (tables.phase[i] + step) % phases
-    many, q = carried.free.shape[0], carried.free.shape[2]
-    for direction in range(many):
-        for m in range(q):
-            total = 0.0
-            for s in range(len(motion.bodies)):
-                total += tables.bodies_read[i, m, s] * state.bodies[direction, s]
-                if turns.structured[direction] != 0:
-                    total += turns.bodies_read[direction, i, m, s] * motion.bodies[s]
-            carried.free[direction, i, m] = total
-    if motion.modes.shape[1] == 0:
+    directions, q, free = len(turns.bent), carried.free.shape[1], carried.free[i]
+    for m in range(q):
+        for lane in range(LANES):
+            free[m, lane] = 0.0
+        for s in range(len(motion.bodies)):
+            shown = tables.bodies_read[i, m, s]
+            for lane in range(LANES):
+                free[m, lane] += shown * state.bodies[s, lane]
+    for direction in range(directions):
+        if turns.structured[direction] != 0:
+            for m in range(q):
+                for s in range(len(motion.bodies)):
+                    free[m, direction] += turns.bodies_read[direction, i, m, s] * motion.bodies[s]
+    if state.modes.shape[2] == 0:
         return
-    rows = tables.reads[tables.sets[i], at]
+    rows = tables.reads[tables.sets[i], (tables.phase[i] + step) % tables.reads.shape[1]]
     if i == 0:
-        modal.read_modes_of_all(rows, tables.first, state.modes, carried.free[:, i])
+        modal.read_lanes(rows, tables.first, state.modes, carried.seen)
     else:
-        ahead = tables.turns[bays_ahead(step, i, tables)]
-        for direction in range(many):
-            modal.turned(
-                ahead, state.modes[direction, RE], state.modes[direction, IM], carried.modes[direction, RE],
-                carried.modes[direction, IM],
-            )  # fmt: skip
-        modal.read_modes_of_all(rows, tables.first, carried.modes, carried.free[:, i])
-    for direction in range(many):
-        which = turns.modal[direction]
-        if which >= 0:
-            re, im = motion.modes[RE], motion.modes[IM]
-            if i > 0:
-                re, im = carried.modes[BEGIN, RE], carried.modes[BEGIN, IM]
-                modal.turned(tables.turns[bays_ahead(step, i, tables)], motion.modes[RE], motion.modes[IM], re, im)
-            modal.read_modes(turns.reads[which, tables.sets[i], at], tables.first, re, im, carried.free[direction, i])
+        modal.seen_from_first(rows, tables.turns[bays_ahead(step, i, tables)], carried.rows)
+        modal.read_lanes(carried.rows, tables.first, state.modes, carried.seen)
+    for direction in range(directions):
+        for m in range(q):
+            free[m, direction] += carried.seen[direction, m]
+        if turns.seconds[direction] != 0.0:
+            for m in range(q):
+                total = 0.0
+                for j in range(q):
+                    total += turns.later[m, j] * carried.seen[directions + 1, j]
+                free[m, direction] += turns.seconds[direction] * total
 
 
 @inlined_uncounted_kernel
-def _write_bodies(direction: int, tables: Tables, turns: Turns, motion: Motion, moments: FloatArray, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
+def _write_bodies(tables: Tables, turns: Turns, motion: Motion, moments: FloatArray, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
     """Move the change of the bodies over a macro step; `moments` are those of the forces, `motion` before it."""
     contacts, states, q = len(moments), len(motion.bodies), moments.shape[1]
-    structured = turns.structured[direction] != 0
-    bodies, spare = state.bodies[direction], carried.spare
+    spare = carried.bodies
     for s in range(states):
-        total = 0.0
+        for lane in range(LANES):
+            spare[s, lane] = 0.0
         for j in range(states):
-            total += tables.bodies_step[s, j] * bodies[j]
-            if structured:
-                total += turns.bodies_step[direction, s, j] * motion.bodies[j]
-        spare[s] = total
+            share = tables.bodies_step[s, j]
+            for lane in range(LANES):
+                spare[s, lane] += share * state.bodies[j, lane]
     for i in range(contacts):
         for m in range(q):
             for s in range(states):
-                spare[s] += carried.moments[direction, i, m] * tables.bodies_write[i, m, s]
-                if structured:
-                    spare[s] += moments[i, m] * turns.bodies_write[direction, i, m, s]
+                share = tables.bodies_write[i, m, s]
+                for lane in range(LANES):
+                    spare[s, lane] += share * carried.moments[i, m, lane]
+    for direction in range(len(turns.bent)):
+        if turns.structured[direction] != 0:
+            for s in range(states):
+                for j in range(states):
+                    spare[s, direction] += turns.bodies_step[direction, s, j] * motion.bodies[j]
+                for i in range(contacts):
+                    for m in range(q):
+                        spare[s, direction] += moments[i, m] * turns.bodies_write[direction, i, m, s]
     for s in range(states):
-        bodies[s] = spare[s]
+        for lane in range(LANES):
+            state.bodies[s, lane] = spare[s, lane]
 
 
 @inlined_uncounted_kernel
-def _write_turned(step: int, tables: Tables, turns: Turns, motion: Motion, moments: FloatArray, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
-    """Move the change of modes over a macro step, along all directions."""
-    phases, many = tables.reads.shape[1], len(state.modes)
-    for direction in range(many):
-        modal.turn(tables.decay, state.modes[direction, RE], state.modes[direction, IM])
-        which = turns.modal[direction]
-        if which >= 0:
-            re, im = carried.modes[direction, RE], carried.modes[direction, IM]
-            modal.turned(turns.decay[which], motion.modes[RE], motion.modes[IM], re, im)
-            for n in range(len(re)):
-                state.modes[direction, RE, n] += re[n]
-                state.modes[direction, IM, n] += im[n]
+def _write_turned(step: int, marched: bool, tables: Tables, turns: Turns, moments: FloatArray, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
+    """Move the change of modes over a macro step, along all directions; `marched`: the modes themselves, too."""
+    phases, q, directions = tables.reads.shape[1], moments.shape[1], len(turns.bent)
+    modes, written = state.modes, carried.written
+    moving = directions + 1 if marched else directions
+    for column in range(moving):
+        modal.turn(tables.decay, modes[column, RE], modes[column, IM])
+    if marched:
+        copy(modes[directions], modes[directions + 1])
     for i in range(len(moments)):
-        at = (tables.phase[i] + step) % phases
-        out = state.modes
-        if i > 0:
-            out = carried.modes
-            out[:] = 0.0
-        modal.write_modes_of_all(tables.writes[tables.sets[i], at], tables.first, carried.moments[:, i], out)
-        for direction in range(many):
-            which = turns.modal[direction]
-            if which >= 0:
-                rows = turns.writes[which, tables.sets[i], at]
-                modal.write_modes(rows, tables.first, moments[i], out[direction, RE], out[direction, IM])
-            if i > 0:
-                modal.add_turned_back(
-                    tables.turns[bays_ahead(step, i, tables)], out[direction, RE], out[direction, IM],
-                    state.modes[direction, RE], state.modes[direction, IM],
-                )  # fmt: skip
+        for direction in range(directions):
+            slower = turns.seconds[direction]
+            for m in range(q):
+                written[direction, m] = carried.moments[i, m, direction] + slower * moments[i, m]
+        if marched:
+            for m in range(q):
+                total = 0.0
+                for j in range(q):
+                    total += turns.remaining[m, j] * moments[i, j]
+                written[directions, m] = moments[i, m]
+                written[directions + 1, m] = total
+        rows = tables.writes[tables.sets[i], (tables.phase[i] + step) % phases]
+        if i == 0:
+            modal.write_lanes(rows, tables.first, written, modes)
+        else:
+            modal.seen_from_first(rows, tables.turns[bays_ahead(step, i, tables)], carried.rows)
+            modal.write_lanes(carried.rows, tables.first, written, modes)
+    if marched:
+        re, im = modes[directions + 1, RE], modes[directions + 1, IM]
+        modal.turn(turns.rates, re, im)
+        for direction in range(directions):
+            slower = turns.seconds[direction]
+            if slower != 0.0:
+                to_re, to_im = modes[direction, RE], modes[direction, IM]
+                for n in range(len(re)):
+                    to_re[n] += slower * re[n]
+                    to_im[n] += slower * im[n]
     if (tables.phase[BEGIN] + step + 1) % phases == 0:
-        for direction in range(many):
-            modal.turn(tables.turns[1 % tables.turns.shape[0]], state.modes[direction, RE], state.modes[direction, IM])
+        for column in range(moving):
+            modal.turn(tables.turns[1 % tables.turns.shape[0]], modes[column, RE], modes[column, IM])
+
+
+@inlined_uncounted_kernel
+def _tell(i: int, directions: int, logs: Logs, posed: Posed, told: Told) -> None:
+    """Write what is found of a contact's parts."""
+    for k in range(posed.counts[i, ROWS_NOW]):
+        at = posed.rows[i, k]
+        told.drops[at] = posed.drop[i, k]
+        for direction in range(directions):
+            told.moved[at, direction] = posed.moved[i, k, direction]
+        n = int(logs.rows[at, layout.ROW_NODES])
+        if n > 1:
+            for a in range(n):
+                for lane in range(LANES):
+                    told.forces[at, a, lane] = posed.forces[i, k, a, lane]
 
 
 @uncounted_kernel
-def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion: Motion, stage: Stage, state: Turned, posed: Posed, carried: Carried, told: Told, room: Room) -> bool:  # fmt: skip  # noqa: E501
+def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion: Motion, state: Turned, posed: Posed, carried: Carried, told: Told, room: Room) -> bool:  # fmt: skip  # noqa: E501
     """Carry some directions along a march from its start; return False where contacts do not settle with each other."""
     contacts, directions = len(motion.contacts), len(turns.bent)
     phases = tables.matrices.shape[1]
-    marched = False
-    crossed = False
+    shared = contacts > 1
+    marched, crossed = False, False
     for direction in range(directions):
-        marched = marched or turns.modal[direction] >= 0
+        marched = marched or turns.seconds[direction] != 0.0
         crossed = crossed or turns.structured[direction] != 0
     row, event = 0, 0
     for step in range(len(logs.moments)):
         p = step % phases
         copy(logs.bodies[step], motion.bodies)
-        copy(state.bodies, told.bodies[step])
+        if marched:
+            plain, scratch = state.modes[directions], state.modes[directions + 1]
+            modal.turned(turns.rates, plain[RE], plain[IM], scratch[RE], scratch[IM])
         for i in range(contacts):
             first_row, first_event = row, event
             while row < len(logs.rows) and logs.rows[row, layout.ROW_STEP] == step and logs.rows[row, layout.ROW_CONTACT] == i:  # fmt: skip  # noqa: E501
@@ -929,52 +1070,38 @@ def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion:
             _read_turned(step, i, tables, turns, motion, state, carried)
             _pose(
                 step, i, Logged(first_row, row, first_event, event), tables, turns, data, logs, motion, state, posed,
-                carried, room,
+                room,
             )  # fmt: skip
-            if contacts > 1 and crossed:
-                _write_base_shares(directions, i, data, logs, posed, carried, room)
-        shared = contacts > 1
+            if shared and crossed:
+                _share_base(i, data, logs, posed, carried, room)
         if shared:
             carried.felt[:] = 0.0
-            carried.shares[:directions] = 0.0
+            carried.shares[:] = 0.0
         settled = False
         for sweep in range(MOST_TURN_SWEEPS):
-            settled = True
-            for direction in range(directions):
-                change, size = 0.0, 0.0
-                for i in range(contacts):
-                    changed, large = 0.0, 0.0
+            carried.steps[:] = 0.0
+            carried.sizes[:] = 0.0
+            for i in range(contacts):
+                changed = 0.0
+                if shared:
+                    changed = _feel(i, p, tables, turns, data, carried)
+                else:
+                    copy(carried.free[i], carried.change[i])
+                if sweep == 0 or changed > 0.0:
+                    _carry(i, p, tables, turns, data, logs, state, posed, carried, told, room)
                     if shared:
-                        changed, large = _feel(direction, i, p, tables, turns, data, carried)
-                        change, size = max(change, changed), max(size, large)
-                    else:
-                        for m in range(carried.free.shape[2]):
-                            carried.change[direction, i, m] = carried.free[direction, i, m]
-                    if sweep == 0 or changed > 0.0:
-                        _carry(direction, i, p, tables, turns, data, logs, state, posed, carried, told, room)
-                        if shared:
-                            _write_shares(direction, i, data, logs, posed, carried, room)
-                settled = settled and change <= SETTLED * size
+                        _share(i, directions, data, logs, posed, carried, room)
+            settled = True
+            for lane in range(LANES):
+                settled = settled and carried.steps[lane] <= SETTLED * carried.sizes[lane]
             if settled:
                 break
         if not settled:
             return False
         copy(carried.began, state.began)
         for i in range(contacts):
-            for k in range(posed.counts[i, ROWS_NOW]):
-                at = posed.rows[i, k]
-                told.drops[at] = posed.drop[i, k]
-                pressed = logs.rows[at, layout.ROW_NODES] > 1.0
-                for direction in range(directions):
-                    told.moved[at, direction] = posed.moved[i, k, direction]
-                    for n in range(int(logs.rows[at, layout.ROW_NODES])):
-                        told.forces[at, direction, n] = posed.forces[i, direction, k, n] if pressed else 0.0
-        for direction in range(directions):
-            _write_bodies(direction, tables, turns, motion, logs.moments[step], state, carried)
-        if motion.modes.shape[1] > 0:
-            _write_turned(step, tables, turns, motion, logs.moments[step], state, carried)
-        if marched:
-            copy(logs.moments[step], stage.moments)
-            write_step(step, tables, motion, stage, room.spare)
-    copy(state.bodies, told.bodies[len(logs.moments)])
+            _tell(i, directions, logs, posed, told)
+        _write_bodies(tables, turns, motion, logs.moments[step], state, carried)
+        if state.modes.shape[2] > 0:
+            _write_turned(step, marched, tables, turns, logs.moments[step], state, carried)
     return True

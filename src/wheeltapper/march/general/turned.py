@@ -16,9 +16,9 @@ from wheeltapper.march.general import march as general
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.contract import Bodies, Law
 from wheeltapper.march.general.laws import switch
-from wheeltapper.march.general.structure import ComplexArray, Ring
+from wheeltapper.march.general.structure import ComplexArray
 from wheeltapper.march.general.tangent import LAW_CONSTANT, factor_turn, path_turn
-from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.program import FloatArray
 
 
 class SystemTurn(NamedTuple):
@@ -36,8 +36,6 @@ class SystemTurn(NamedTuple):
         Of the pieces of each contact at fixed places, in their own columns; None where they do not change.
     speed
         Of the speed.
-    ring
-        Of rates, deflection, drive and residual of the ring; None where it does not change.
     """
 
     bodies: Bodies
@@ -45,27 +43,23 @@ class SystemTurn(NamedTuple):
     laws: tuple[FloatArray, ...]
     paths: tuple[FloatArray | None, ...]
     speed: float = 0.0
-    ring: Ring | None = None
 
     @property
     def is_structured(self) -> bool:
         """Whether tables of the structure change."""
         changed = (self.bodies.mass, self.bodies.damping, self.bodies.stiffness, self.bodies.load, self.static)
-        return self.speed != 0.0 or self.ring is not None or any(bool(np.any(one)) for one in changed)
+        return self.speed != 0.0 or any(bool(np.any(one)) for one in changed)
 
 
 class TurnedTables(NamedTuple):
-    """Derivatives of `Tables`, by the names there; those of the modes are empty where they do not change."""
+    """Derivatives of `Tables`, by the names there; those of modes follow from the tables themselves (tangent.py)."""
 
     bodies_read: FloatArray
     bodies_write: FloatArray
     bodies_step: FloatArray
     kernels: FloatArray
+    matrices: FloatArray
     cross: FloatArray
-    residual: FloatArray
-    reads: FloatArray
-    writes: FloatArray
-    decay: FloatArray
 
 
 class TurnedStart(NamedTuple):
@@ -142,29 +136,24 @@ def _turned_bodies(prepared: general.Prepared, turn: SystemTurn, slower: float) 
 # -- tables -----------------------------------------------------------------------------------------------------------
 
 
-def _turned_ring(
-    ring: Ring,
-    by: Ring | None,
-    order: IntArray,
-    grid: tables.Grid,
-    part: float,
-    nodes: FloatArray,
-    slower: float,
-    count: int,
-) -> tables.RingTables:
-    """Return the derivatives of `tables.ring_tables`."""
-    held = tables.ring_tables(ring, order, grid, part, gauss_nodes(count))
-    faster = grid.seconds * ring.rates[order] * slower
-    residual = np.zeros_like(held.residual)
-    if by is not None:
-        faster = faster + grid.seconds * by.rates[order]
-    grown = np.multiply.outer(nodes, faster)
-    shows, takes = held.shows * grown, held.takes * (slower - grown)
-    if by is not None:
-        moved = ring._replace(deflection=by.deflection, drive=by.drive, residual=by.residual)
-        more = tables.ring_tables(moved, order, grid, part, gauss_nodes(count))
-        shows, takes, residual = shows + more.shows, takes + more.takes, more.residual
-    return tables.RingTables(shows, takes, residual)
+def _turned_answers(prepared: general.Prepared, slower: float) -> FloatArray:
+    """Return the derivatives of the ring's answers to forces, (contact, other, phases, q, q), m/N.
+
+    A force at one node shows at another by H·exp(λ·H·θ), θ the way between them in macro steps.
+    """
+    ring, grid, method = prepared.system.ring, prepared.grid, prepared.method
+    nodes, contacts, q = gauss_nodes(method.nodes), len(prepared.system.contacts), method.nodes
+    assert ring is not None
+    order = general.order_of(ring)
+    made = tables.sets_of(ring, order, grid, lambda part: tables.ring_tables(ring, order, grid, part, nodes))
+    places = tables.parts_of(grid)[1], *tables.phases_and_bays(grid)
+    straight, faster = np.zeros((2, contacts, contacts, grid.rows, q, q))
+    ignored = np.zeros((contacts, grid.rows, q))
+    tables.ring_kernels(ring, order, made, *places, [], straight, ignored)
+    rates = grid.seconds * ring.rates[order]
+    made = [one._replace(takes=one.takes * rates) for one in made]
+    tables.ring_kernels(ring, order, made, *places, [], faster, ignored)
+    return np.asarray(slower * (straight + np.subtract.outer(nodes.places, nodes.places) * faster))
 
 
 def turned_tables(prepared: general.Prepared, turn: SystemTurn, offsets: FloatArray) -> TurnedTables:
@@ -173,32 +162,9 @@ def turned_tables(prepared: general.Prepared, turn: SystemTurn, offsets: FloatAr
     nodes, q, contacts = gauss_nodes(method.nodes), method.nodes, len(system.contacts)
     slower, scale, size = slowed(prepared, turn), units.force / units.length, len(prepared.tables.bodies_step)
     bodies = _turned_bodies(prepared, turn, slower)
-    ring, changes = system.ring, system.ring is not None and bool(turn.speed or turn.ring is not None)
-    g = np.zeros((contacts, contacts, grid.rows if changes else 1, q, q))
-    residual = np.zeros((contacts, g.shape[2], q))
-    modal = np.zeros((0, 0, q, 2, 0)), np.zeros((0, 0, q, 2, 0)), np.zeros((2, 0))
-    if ring is not None and changes:
-        order = general.order_of(ring)
-        base = tables.sets_of(ring, order, grid, lambda part: tables.ring_tables(ring, order, grid, part, nodes))
-        made = tables.sets_of(
-            ring, order, grid,
-            lambda part: _turned_ring(ring, turn.ring, order, grid, part, nodes.places, slower, q),
-        )  # fmt: skip
-        places = tables.parts_of(grid)[1], *tables.phases_and_bays(grid)
-        mixed = [tables.RingTables(one.shows, by.takes, by.residual) for one, by in zip(base, made, strict=True)]
-        tables.ring_kernels(ring, order, mixed, *places, [], g, residual)
-        mixed = [tables.RingTables(by.shows, one.takes, by.residual) for one, by in zip(base, made, strict=True)]
-        tables.ring_kernels(ring, order, mixed, *places, [], g, residual)
-        faster = grid.seconds * ring.rates[order] * slower
-        if turn.ring is not None:
-            faster = faster + grid.seconds * turn.ring.rates[order]
-        written = [
-            tables.RingTables(by.shows, by.takes + one.takes * faster, by.residual)
-            for one, by in zip(base, made, strict=True)
-        ]  # fmt: skip
-        made_modal = tables.modal_tables(ring, order, grid, written, [], nodes, method, units)
-        decay = np.exp(ring.rates[order] * grid.seconds) * faster
-        modal = made_modal.reads, made_modal.writes, np.stack([decay.real, decay.imag])
+    g = np.zeros((contacts, contacts, 1, q, q))
+    if system.ring is not None and turn.speed:
+        g = _turned_answers(prepared, slower)
     later = np.subtract.outer(nodes.places, nodes.places).ravel()
     answers = bodies.S @ tables.exponentials(bodies.over, later) @ bodies.B
     straight = _answers_of(prepared, later)
@@ -216,8 +182,7 @@ def turned_tables(prepared: general.Prepared, turn: SystemTurn, offsets: FloatAr
     return TurnedTables(
         read, np.ascontiguousarray(write.transpose(2, 0, 1)),
         tables.exponentials(bodies.over, np.ones(1))[0, size:, :size],
-        np.ascontiguousarray(nodes.transform @ g[own, own] @ nodes.transform.T), g,
-        residual * scale @ nodes.transform.T, *modal,
+        np.ascontiguousarray(nodes.transform @ g[own, own] @ nodes.transform.T), g[own, own] * nodes.integrals, g,
     )  # fmt: skip
 
 
@@ -251,10 +216,10 @@ def turned_start(
             stronger[i] += factor_turn(data.pieces, pieces, 0.0, place, *at, 0.0) / spots[i].factor
         sinking[i] = (turn.static[i] / units.force - force * stronger[i]) / slope
     offsets, gap = (sinking - rising) * units.length, sinking * units.length
-    modes, compliance, softer = np.zeros((2, 0)), np.zeros(contacts), np.zeros(contacts)
+    modes, compliance = np.zeros((2, 0)), np.zeros(contacts)
     if system.ring is not None:
-        amplitudes, deflected, compliance, softer = _turned_rest(prepared, turn, static)
-        local = compliance * turn.static + softer * static
+        amplitudes, deflected, compliance = _turned_rest(prepared, turn)
+        local = compliance * turn.static
         offsets, gap = offsets + deflected + local, gap + local
         modes = np.stack([amplitudes.real, amplitudes.imag])
     bodies = general.raised_state(system.bodies._replace(raised=turn.bodies.raised), offsets)
@@ -263,19 +228,17 @@ def turned_start(
     for i in np.flatnonzero(prepared.motion.contacts[:, layout.FREE_NOW] == layout.TOUCHING).tolist():  # δ + r·N(δ) = D
         delta = float(prepared.motion.contacts[i, layout.BEGAN])
         force, slope = general.pressed(delta, data.laws[i], data.table, spots[i])
-        soft, more = (one * units.force / units.length for one in (compliance[i], softer[i]))
-        began[i] = (gap[i] - more * force - soft * force * stronger[i]) / (1.0 + soft * slope)
+        soft = compliance[i] * units.force / units.length
+        began[i] = (gap[i] - soft * force * stronger[i]) / (1.0 + soft * slope)
     return TurnedStart(bodies, offsets, modes, began)
 
 
-def _turned_rest(
-    prepared: general.Prepared, turn: SystemTurn, static: FloatArray
-) -> tuple[ComplexArray, FloatArray, FloatArray, FloatArray]:
+def _turned_rest(prepared: general.Prepared, turn: SystemTurn) -> tuple[ComplexArray, FloatArray, FloatArray]:
     """Return how the static amplitudes change and the rail's deflections through modes, m.
 
-    Then follow the compliance that these leave out, m/N, and how it changes.
+    Then follows the compliance that these leave out, m/N.
     """
-    system, by = prepared.system, turn.ring
+    system = prepared.system
     ring, order = system.ring, general.order_of(system.ring)
     assert ring is not None
     bays, inside = general.bays_of(ring, np.array([contact.position for contact in system.contacts]))
@@ -283,11 +246,4 @@ def _turned_rest(
     shows = tables.shapes_at(ring, ring.deflection, inside) * ahead
     takes = tables.shapes_at(ring, ring.drive, inside) / ahead
     moved = -(takes.T @ turn.static) / ring.rates
-    local = tables.compliance_at(ring, inside)
-    if by is None:
-        return moved[order], np.real(shows @ (ring.weights * moved)), local, np.zeros(len(local))
-    held = -(takes.T @ static) / ring.rates
-    moved = moved - ((tables.shapes_at(ring, by.drive, inside) / ahead).T @ static + held * by.rates) / ring.rates
-    shown = tables.shapes_at(ring, by.deflection, inside) * ahead
-    deflected = np.real(shows @ (ring.weights * moved) + shown @ (ring.weights * held))
-    return moved[order], deflected, local, tables.compliance_at(ring._replace(residual=by.residual), inside)
+    return moved[order], np.real(shows @ (ring.weights * moved)), tables.compliance_at(ring, inside)
