@@ -558,7 +558,7 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
                 at = fly(theta, limit, fresh, q, places, matrix, site, room)
             fresh = bool(NO)
             end = limit if at == NO_CROSSING else at
-            rises = released and end > theta
+            rises = released and (end > theta or place[layout.LAGS] != 0.0)  # a lag has the law press from nothing
             if end > theta:
                 room.N[:1] = 0.0
                 log_row(step, i, theta, end, EVENLY, theta, end - theta, 0.0, 1.0, 1, room.N, rows, counts)
