@@ -131,8 +131,8 @@ def _as_simulated(*lacks: Need) -> tuple[Marcher, ...]:
 
 
 MAPPED = _as_simulated()
-UNDAMPED = _as_simulated(HYSTERESIS, BILATERAL)
-"""The general march of contacts that lose their force where they part, and only there."""
+PARTING = _as_simulated(BILATERAL)
+"""The general march of contacts that can be lost."""
 TURNED = _as_simulated(ANOMALY, DAMPER_PLAY, *KINKS)
 """The general march of contacts that all go along the track."""
 
@@ -192,7 +192,7 @@ COMFORT = Question("comfort", "ride comfort", (WAGON, WAGON_ON_RAILS))
 GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON, WAGON_ON_RAILS))
 SWEEP = Question("sweep", "features over many cells", (WHEEL, *MAPPED, WAGON, WAGON_ON_RAILS))
 GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL, *TURNED), frozenset({YIELDING}))
-BORDER = Question("border", "where contact begins to be lost", (WHEEL, *UNDAMPED))
+BORDER = Question("border", "where contact begins to be lost", (WHEEL, *PARTING))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
 TRAJECTORY = Question("trajectory", "these with exact derivatives", (WHEEL,), others=("simulate", "motion_at"))
 DIAGNOSE = Question("diagnose", "the faults that a site's recordings show", WHEELS, _SPOT, _SITE)

@@ -1,4 +1,9 @@
-"""The gap D = δ + r·N along the logged parts of a march: the polynomial by which the march finds losses and impacts."""
+"""What ends a contact, along the logged parts of a march, by the polynomials with which the march finds its events.
+
+The gap D = δ + r·N falls below zero where the surfaces part. A law that depends on the rate may have to pull before,
+and then the contact is released while they still indent each other: what has the sign of its force (laws/switch.py)
+falls below zero.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +14,7 @@ from wheeltapper.march.general import layout, local, paths
 from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.careful import SNAP
 from wheeltapper.march.general.crossings import NO_CROSSING, bernstein_value, first_crossing
+from wheeltapper.march.general.laws.switch import LAW_RATED, forces, trend
 from wheeltapper.march.general.layout import BEGIN
 from wheeltapper.march.general.maxima import EXTREMES_MERGE
 from wheeltapper.march.general.records import Nodes, Room, Site
@@ -16,6 +22,8 @@ from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 BoolArray = NDArray[np.bool_]
+TOUCHES = 1e-9
+"""Indentation in static ones below which a force says nothing about its sign."""
 
 
 @inlined_uncounted_kernel
@@ -51,8 +59,8 @@ def _press(row: FloatArray, nodes: Nodes, q: int, room: Room) -> None:
 
 
 @inlined_uncounted_kernel
-def _smallest_in_contact(row: FloatArray, nodes: Nodes, q: int, site: Site, room: Room) -> float:
-    """Return the smallest D of a part in contact, of which `_press` has written the nodes."""
+def _gaps(row: FloatArray, nodes: Nodes, q: int, site: Site, room: Room) -> None:
+    """Write D at start, nodes and end of a part in contact, of which `_press` has written the nodes."""
     n = len(nodes.places)
     paths.heights(site.pieces, site.place, site.x0, site.stride, site.lift, n, room.theta, room.height, room.factor)
     room.d[BEGIN], _ = local.gap_at(row[layout.ROW_FROM], q, room.free, site)
@@ -67,6 +75,42 @@ def _smallest_in_contact(row: FloatArray, nodes: Nodes, q: int, site: Site, room
             room.d[k + 1] += room.P[k, m] * room.spare[m]
     local.free_sum(q, site.c, site.B, room.after, room.spare)
     room.d[n + 1], _ = local.gap_at(row[layout.ROW_TO], q, room.spare, site)
+
+
+@inlined_uncounted_kernel
+def _smallest_sign(row: FloatArray, nodes: Nodes, q: int, site: Site, room: Room) -> float:
+    """Return the smallest value of what has the sign of the force in such a part: the force over that at rest.
+
+    It is not taken from the indentation's rate, in which the error of the march's solution is some 1e5 times as large.
+    """
+    n = len(nodes.places)
+    for k in range(n):
+        compliance = 0.0
+        for m in range(q):
+            compliance += room.P[k, m] * site.local[m]
+        room.delta[k] = room.d[k + 1] - compliance * row[layout.ROW_FORCES + k]
+        room.rate[k] = 0.0
+    forces(
+        site.law, site.table, site.place[layout.STRETCH_NOW], n, room.delta, room.rate, room.left, room.factor, room.F,
+        room.slope, room.viscous,
+    )  # fmt: skip
+    for k in range(n):
+        at_rest = trend(site.law, site.table, room.delta[k], 0.0)
+        if room.delta[k] > TOUCHES:
+            at_rest *= row[layout.ROW_FORCES + k] / room.F[k]
+        room.rate[k] = at_rest
+    for k in range(n):
+        total = 0.0
+        for j in range(n):
+            total += nodes.bernstein[k, j] * room.rate[j]
+        room.bernstein[k] = total
+    return _smallest(n - 1, room)
+
+
+@inlined_uncounted_kernel
+def _smallest_gap(nodes: Nodes, room: Room) -> float:
+    """Return the smallest D of such a part."""
+    n = len(nodes.places)
     for k in range(n + 2):
         total = 0.0
         for j in range(n + 2):
@@ -76,11 +120,16 @@ def _smallest_in_contact(row: FloatArray, nodes: Nodes, q: int, site: Site, room
 
 
 @inlined_uncounted_kernel
-def _smallest_in_flight(row: FloatArray, places: FloatArray, matrix: FloatArray, q: int, site: Site, room: Room) -> float:  # fmt: skip  # noqa: E501
-    """Return the smallest D of a part without force."""
+def _smallest_without_force(row: FloatArray, places: FloatArray, matrix: FloatArray, q: int, site: Site, room: Room) -> float:  # fmt: skip  # noqa: E501
+    """Return the smallest D of a flight; of a released contact, what has the sign of the force that it would have."""
     n, start = len(places), row[layout.ROW_FROM]
+    length = row[layout.ROW_TO] - start
+    middle, _ = local.gap_at(start + 0.5 * length, q, room.free, site)
+    released = site.law[LAW_RATED] != 0.0 and middle > 0.0
     for k in range(n):
-        room.d[k], _ = local.gap_at(start + (row[layout.ROW_TO] - start) * places[k], q, room.free, site)
+        room.d[k], slope = local.gap_at(start + length * places[k], q, room.free, site)
+        if released:
+            room.d[k] = trend(site.law, site.table, room.d[k], slope / site.seconds)
     for k in range(n):
         total = 0.0
         for j in range(n):
@@ -91,7 +140,7 @@ def _smallest_in_flight(row: FloatArray, places: FloatArray, matrix: FloatArray,
 
 @uncounted_kernel
 def smallest_kernel(rows: FloatArray, wanted: BoolArray, gaps: FloatArray, kernels: FloatArray, residual: FloatArray, macro: Nodes, part: Nodes, places: FloatArray, matrix: FloatArray, pieces: FloatArray, ends: FloatArray, place: FloatArray, law: FloatArray, table: FloatArray, settings: FloatArray, begin: float, room: Room) -> float:  # fmt: skip  # noqa: E501
-    """Return the smallest D in the wanted ones of a contact's rows.
+    """Return by how much a contact holds in the wanted ones of its rows, at least; negative where it has ended.
 
     `gaps` are its c of each macro step, `kernels` and `residual` its tables over the places in a bay, `place` is its
     state at time zero.
@@ -121,13 +170,16 @@ def smallest_kernel(rows: FloatArray, wanted: BoolArray, gaps: FloatArray, kerne
         local.free_sum(q, site.c, site.B, room.moments, room.free)
         if row[layout.ROW_NODES] == 1.0:
             if wanted[r]:
-                smallest = min(smallest, _smallest_in_flight(row, places, matrix, q, site, room))
+                smallest = min(smallest, _smallest_without_force(row, places, matrix, q, site, room))
             continue
         nodes = macro
         if row[layout.ROW_NODES] != len(macro.places):
             nodes = part
         _press(row, nodes, q, room)
         if wanted[r]:
-            smallest = min(smallest, _smallest_in_contact(row, nodes, q, site, room))
+            _gaps(row, nodes, q, site, room)
+            smallest = min(smallest, _smallest_gap(nodes, room))
+            if law[LAW_RATED] != 0.0:
+                smallest = min(smallest, _smallest_sign(row, nodes, q, site, room))
         copy(room.after[:q], room.moments)
     return smallest

@@ -1,9 +1,12 @@
 """Distance of a contact from a further loss, on rails that give way: a margin that passes zero when the loss appears.
 
-D = δ + r·N, the indentation and the local deflection of the track, is positive in contact and negative in flight.
+D = δ + r·N, the indentation and the local deflection of the track, is positive in contact and negative in flight. Where
+a law that depends on the rate ends the contact before, counts what has the sign of its force, in static indentations: 1
+plus loss times rate with Hunt and Crossley's law.
 
-the loss happened      the smallest D of its flight: minus the largest clearance
-it did not             the smallest D in contact since the impact before it
+the loss happened      the smallest D of its flight, minus the largest clearance, or the smallest sign of the force that
+                       is missing while the contact is released
+it did not             the smaller of both in contact since the impact before it
 """
 
 from __future__ import annotations
