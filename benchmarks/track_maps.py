@@ -1,12 +1,14 @@
 """Measure a map on ballasted track, in multiples of the march of one bump on a stiff rail in the same run.
 
     uv run python benchmarks/track_maps.py [--side 64] [--rounds 2] [--parts]
+    uv run python benchmarks/track_maps.py --threads [--side 32] [--rounds 5]  # one thread over all, nothing else
 
 The largest force over speed (5 to 40 m/s) and length of a fresh flat (10 to 80 mm), from its first strike to 0.15 s
 after it. The wheel starts in equilibrium 50 mm before the flat's middle meets the rail; the longest flat begins 10 mm
 ahead, and a cell lasts until 0.16 s, 10 ms of which the slowest wheel needs to come there. The map is computed by one
 thread and by one per core, and as a store that is stopped and resumed; all must hold the same bits. Some cells are
-computed by `simulate` as well. `--parts` shows where the time goes in a map of one speed.
+computed by `simulate` as well. `--parts` shows where the time goes in a map of one speed. `--threads` takes turns with
+one thread and one per core, each time with tables made anew, and compares the shortest times.
 """
 
 from __future__ import annotations
@@ -122,12 +124,31 @@ def parts(cells: int) -> None:
         print(f"  {len(some):3} cells in step: {1e6 * together / len(some) / steps:.2f} us")
 
 
+def compare_threads(swept: Callable[[int], Any], rounds: int) -> dict[str, float]:
+    """Print and return how much longer a map takes on one thread than on one per core, in turns; tables are new."""
+    times = {1: [], core_count(): []}
+    with no_garbage_collection():
+        for _ in range(rounds):
+            for threads, found in times.items():
+                forget_tables()
+                start = time.perf_counter()
+                swept(threads)
+                found.append(time.perf_counter() - start)
+    one, all_cores = (min(found) for found in times.values())
+    ratios = sorted(a / b for a, b in zip(*times.values(), strict=True))
+    print(f"  shortest of {rounds}: one thread {one:.2f} s, {core_count()} threads {all_cores:.2f} s")
+    print(f"  one thread takes {one / all_cores:.2f} times as long (aim 1.8); round by round ", end="")
+    print(f"{ratios[0]:.2f} to {ratios[-1]:.2f}")
+    return {"one": one, "all": all_cores, "cores": core_count()}
+
+
 def arguments() -> argparse.Namespace:
     """Read the command line."""
     parser = parser_of(__doc__.partition("\n")[0])
     parser.add_argument("--side", type=int, default=64, help="cells along each axis (default 64)")
     parser.add_argument("--rounds", type=int, default=2, help="rounds of each measurement (default 2)")
     parser.add_argument("--parts", action="store_true", help="where the time goes")
+    parser.add_argument("--threads", action="store_true", help="only what one thread takes over one per core")
     return parser.parse_args()
 
 
@@ -146,6 +167,13 @@ def main() -> None:
         return wt.sweep(SCENE, over, FEATURE, threads=threads, progress=False)
 
     wt.sweep(SCENE, {path: values[:1] for path, values in over.items()}, FEATURE, progress=False)  # compiles
+    if options.threads:
+        if core_count() < 2:
+            raise SystemExit("there is but one core")
+        compared = compare_threads(swept, rounds)
+        if not options.smallest:
+            store("track_maps_threads", around | {"side": side} | compared)
+        return
     cores = core_count()
     one, alone = wall_time(lambda: swept(1), rounds)
     all_cores, chart = wall_time(lambda: swept(cores), rounds)

@@ -119,6 +119,18 @@ def test_cells_of_one_speed_share_the_tables_of_the_track():
     assert len({id(task.system.bodies) for task in many.tasks}) == 3
 
 
+def test_threads_take_the_dearest_tracks_first_each_its_own_and_there_the_longest_cells():
+    over = {"speed": np.repeat([40.0, 20.0, 10.0, 30.0], 8), "duration": np.tile(np.linspace(0.01, 0.03, 8), 4)}
+    tasks = CellsOnRails(FLAT, over).tasks
+    works = works_of(tasks, 2, 4)
+    of_works = [{tasks[number].system.speed for number in work.numbers} for work in works]
+    assert of_works == [{10.0}, {20.0}, {10.0}, {20.0}, {30.0}, {40.0}, {30.0}, {40.0}]
+    lengths = [np.mean([tasks[number].duration for number in work.numbers]) for work in works]
+    for first, second in ((0, 2), (1, 3), (4, 6), (5, 7)):
+        assert lengths[first] > lengths[second]
+    np.testing.assert_array_equal(np.sort(np.concatenate([work.numbers for work in works])), np.arange(32))
+
+
 @pytest.mark.parametrize("name", sorted(registered_in(ROOM)))
 def test_every_feature_works_as_in_a_record_or_is_refused_by_name(name):
     feature = F.named(name)
@@ -159,11 +171,13 @@ GENERALLY = DIP.replaced({"vehicle": wt.vehicles.Wheelsets(wheelsets=(DIP.vehicl
 PATHS = ("irregularity.0.height", "speed")
 
 
-@pytest.mark.parametrize("losses", [1, 2])
-def test_on_a_rigid_rail_the_margin_is_that_of_the_wheels_march(losses):
+@pytest.mark.parametrize(("losses", "hysteresis"), [(1, None), (2, None), (1, 0.3), (2, 0.3), (1, 3.0)])
+def test_on_a_rigid_rail_the_margin_is_that_of_the_wheels_march(losses, hysteresis):
     height, speed = np.meshgrid(np.linspace(-1.5e-4, -3e-5, 6), np.linspace(3.0, 8.0, 4))
-    general = _Plane(GENERALLY, PATHS, losses, "strict", 2).margin(height, speed)
-    wheel = _Plane(DIP, PATHS, losses, "strict", 2).margin(height, speed)
+    contact = {"contact": DIP.contact.model_copy(update={"hysteresis": hysteresis})}
+    general = _Plane(GENERALLY.replaced(contact), PATHS, losses, "strict", 2).margin(height, speed)
+    wheel = _Plane(DIP.replaced(contact), PATHS, losses, "strict", 2).margin(height, speed)
+    assert (wheel < 0.0).any()
     assert np.array_equal(general < 0.0, wheel < 0.0)
     if losses == 1:
         assert np.abs(general - wheel).max() < 1e-11
@@ -184,31 +198,32 @@ def test_the_threshold_of_the_dip():
     assert changes[0] > 0
 
 
-def test_a_border_on_rails_is_where_bisection_of_runs_finds_it():
-    over = {"speed": [12.0, 28.0], "irregularity.0.length": [0.03, 0.055]}
-    curve = wt.border(FLAT, over, resolution=2, progress=False)
+DAMPED = wt.Hertz(constant=1.8825e11, restitution=0.5, impact_speed=0.2)
+RATED = wt.contact.Law(lambda depth, rate: 1.8825e11 * depth**1.5 * (1.0 + 8.0 * rate), largest=2e-3)
+
+
+@pytest.mark.parametrize("contact", [FLAT.contact, DAMPED, RATED])
+def test_a_border_on_rails_is_where_bisection_of_runs_finds_it(contact):
+    scene = FLAT.replaced({"contact": contact})
+    over = {"speed": [12.0, 28.0], "irregularity.0.length": [0.02, 0.055]}
+    curve = wt.border(scene, over, resolution=2, progress=False)
     assert curve.sizes["point"] >= 2
-    assert np.abs(curve.margin.values).max() < 1e-11
     number = curve.sizes["point"] // 2
     speed, length = float(curve.speed[number]), float(curve["irregularity.0.length"][number])
 
-    def loses(length):
-        one = FLAT.replaced({"speed": speed, "irregularity.0.length": length})
-        return len(wt.simulate(one, progress=False).events.time) > 0
+    def run(length):
+        return wt.simulate(scene.replaced({"speed": speed, "irregularity.0.length": length}), progress=False)
 
     low, high = 0.98 * length, 1.02 * length
-    assert loses(high)
-    assert not loses(low)
+    assert len(run(high).events.time) > 0
+    assert len(run(low).events.time) == 0
     while high - low > 1e-9 * length:
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if loses(middle) else (middle, high)
+        low, high = (low, middle) if len(run(middle).events.time) > 0 else (middle, high)
     assert low == pytest.approx(length, rel=1e-6)
-
-
-def test_a_border_with_damping_in_the_contact_is_refused_by_name():
-    damped = FLAT.replaced({"contact": wt.Hertz(constant=1.8825e11, restitution=0.8, impact_speed=0.1)})
-    with pytest.raises(InputError, match="`border` does not take"):
-        wt.border(damped, {"speed": [10.0, 20.0], "irregularity.0.length": [0.03, 0.06]})
+    first = run(high)
+    indentation = first.at(first.events.time.values[0]).indentation.item()
+    assert (indentation > 1e-6) == (contact is not FLAT.contact)  # a damped force ends while the surfaces overlap
 
 
 def test_a_border_over_a_void_is_where_runs_begin_to_lose_contact():

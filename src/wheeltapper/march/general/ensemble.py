@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from itertools import zip_longest
 from math import ceil
 from threading import Event, Lock
 from typing import Any, NamedTuple
@@ -30,6 +31,8 @@ from wheeltapper.march.kernel import is_compiled
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.telling import GENERAL_CHUNK
 
+OF_A_PLACE = 150.0
+"""Macro steps of a cell in step with others that cost as much as to make the tables of one place in a bay."""
 MOST_LANES = 64
 """Cells that march in step; the modes of more of them leave the processor's cache."""
 
@@ -116,17 +119,35 @@ class Work(NamedTuple):
 
 
 def works_of(tasks: Sequence[Task], threads: int, most: int = MOST_LANES) -> list[Work]:
-    """Return all tasks as works, the longest first; `most` tasks together."""
+    """Return all tasks as works in the order in which threads take them; `most` tasks together.
+
+    The dearest tracks come first, so that what is left in the end is short, and within a track the longest tasks. As
+    many tracks as there are threads take turns: no thread waits for tables that another one makes, and tables of no
+    more tracks are held at a time.
+    """
     groups: dict[tuple[Any, ...], list[int]] = {}
     for number, task in enumerate(tasks):
         groups.setdefault(same_track(task), []).append(number)
     together = min(most, max(TOGETHER, ceil(len(tasks) / (2 * threads))))
-    found = []
-    for numbers in sorted(groups.values(), key=lambda numbers: tasks[numbers[0]].system.speed or np.inf):
+    tracks = []
+    for numbers in sorted(groups.values(), key=lambda numbers: _cost([tasks[one] for one in numbers]), reverse=True):
+        numbers.sort(key=lambda number: tasks[number].duration, reverse=True)
         parts = np.array_split(np.array(numbers), ceil(len(numbers) / together))
         track = SharedTrack([tasks[number] for number in numbers], len(parts))
-        found += [Work(part, track) for part in parts]
-    return found
+        tracks.append([Work(part, track) for part in parts])
+    turns = (zip_longest(*tracks[first : first + threads]) for first in range(0, len(tracks), threads))
+    return [work for one in turns for works in one for work in works if work is not None]
+
+
+def _cost(tasks: Sequence[Task]) -> float:
+    """Return what tasks of one track cost together, roughly, in macro steps of a cell."""
+    system, method = tasks[0].system, tasks[0].method
+    seconds = tabulation.longest_step(system.ring, method, system.bodies)
+    marched = sum(task.duration for task in tasks) / seconds
+    if system.ring is None or system.speed == 0.0:
+        return marched
+    way = system.ring.spacing if system.ring.seats == 1 else max(task.duration for task in tasks) * system.speed
+    return marched + OF_A_PLACE * way / (system.speed * seconds)
 
 
 def on_threads(works: Sequence[Work], threads: int, one: Callable[[Work, Callable[[], bool]], None]) -> None:
