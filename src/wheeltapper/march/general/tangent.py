@@ -413,12 +413,12 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
     p = step % tables.matrices.shape[1]
     directions = len(turns.bent)
     place = motion.contacts[i]
-    stride = data.settings[layout.SPEED_NOW] * data.settings[layout.STEP_NOW]
+    speed, phases, seconds = data.settings[layout.SPEED_NOW], len(tables.which), tables.seconds[tables.which[p]]
     law = data.laws[i]
     site = Site(
         logs.gaps[step, i], tables.kernels[i, p], tables.residual[i, p], data.pieces, place, data.ends[i], law,
-        data.table, data.starts[i] + step * stride, stride, 1.0 / data.settings[layout.LENGTH_UNIT],
-        data.settings[layout.STEP_NOW],
+        data.table, data.starts[i] + speed * ((step // phases) * tables.clock[phases] + tables.clock[p]),
+        speed * seconds, 1.0 / data.settings[layout.LENGTH_UNIT], seconds,
     )  # fmt: skip
     shifts = state.shifts[:, i]
     rated = law[LAW_RATED] != 0.0
@@ -645,7 +645,7 @@ def _pose_direction(direction: int, q: int, part: Part, turns: Turns, shifts: Fl
 def _carry(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: Data, logs: Logs, state: Turned, posed: Posed, carried: Carried, told: Told, room: Room) -> None:  # fmt: skip  # noqa: E501
     """Solve the parts of a contact along one direction, from its change of c; write moments, forces and events."""
     q = len(data.macro.places)
-    seconds = data.settings[layout.STEP_NOW]
+    seconds = tables.seconds[tables.which[p]]
     rated = data.laws[i, LAW_RATED] != 0.0
     c, m, f, x = carried.change[direction, i], carried.moments[direction, i], room.free, room.F
     began = state.began[direction, i]
@@ -815,14 +815,15 @@ def _read_turned(step: int, i: int, tables: Tables, turns: Turns, motion: Motion
     """Write the change of a contact's free motion, along all directions."""
     phases = tables.reads.shape[1]
     at = (tables.phase[i] + step) % phases
+    length = tables.which[step % phases]
     many, q = carried.free.shape[0], carried.free.shape[2]
     for direction in range(many):
         for m in range(q):
             total = 0.0
             for s in range(len(motion.bodies)):
-                total += tables.bodies_read[i, m, s] * state.bodies[direction, s]
+                total += tables.bodies_read[length, i, m, s] * state.bodies[direction, s]
                 if turns.structured[direction] != 0:
-                    total += turns.bodies_read[direction, i, m, s] * motion.bodies[s]
+                    total += turns.bodies_read[direction, length, i, m, s] * motion.bodies[s]
             carried.free[direction, i, m] = total
     if motion.modes.shape[1] == 0:
         return
@@ -848,24 +849,27 @@ def _read_turned(step: int, i: int, tables: Tables, turns: Turns, motion: Motion
 
 
 @inlined_uncounted_kernel
-def _write_bodies(direction: int, tables: Tables, turns: Turns, motion: Motion, moments: FloatArray, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
-    """Move the change of the bodies over a macro step; `moments` are those of the forces, `motion` before it."""
+def _write_bodies(direction: int, length: int, tables: Tables, turns: Turns, motion: Motion, moments: FloatArray, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
+    """Move the change of the bodies over a macro step; `moments` are those of the forces, `motion` before it.
+
+    `length` tells which length the macro step has.
+    """
     contacts, states, q = len(moments), len(motion.bodies), moments.shape[1]
     structured = turns.structured[direction] != 0
     bodies, spare = state.bodies[direction], carried.spare
     for s in range(states):
         total = 0.0
         for j in range(states):
-            total += tables.bodies_step[s, j] * bodies[j]
+            total += tables.bodies_step[length, s, j] * bodies[j]
             if structured:
-                total += turns.bodies_step[direction, s, j] * motion.bodies[j]
+                total += turns.bodies_step[direction, length, s, j] * motion.bodies[j]
         spare[s] = total
     for i in range(contacts):
         for m in range(q):
             for s in range(states):
-                spare[s] += carried.moments[direction, i, m] * tables.bodies_write[i, m, s]
+                spare[s] += carried.moments[direction, i, m] * tables.bodies_write[length, i, m, s]
                 if structured:
-                    spare[s] += moments[i, m] * turns.bodies_write[direction, i, m, s]
+                    spare[s] += moments[i, m] * turns.bodies_write[direction, length, i, m, s]
     for s in range(states):
         bodies[s] = spare[s]
 
@@ -874,12 +878,13 @@ def _write_bodies(direction: int, tables: Tables, turns: Turns, motion: Motion, 
 def _write_turned(step: int, tables: Tables, turns: Turns, motion: Motion, moments: FloatArray, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
     """Move the change of modes over a macro step, along all directions."""
     phases, many = tables.reads.shape[1], len(state.modes)
+    length = tables.which[step % phases]
     for direction in range(many):
-        modal.turn(tables.decay, state.modes[direction, RE], state.modes[direction, IM])
+        modal.turn(tables.decay[length], state.modes[direction, RE], state.modes[direction, IM])
         which = turns.modal[direction]
         if which >= 0:
             re, im = carried.modes[direction, RE], carried.modes[direction, IM]
-            modal.turned(turns.decay[which], motion.modes[RE], motion.modes[IM], re, im)
+            modal.turned(turns.decay[which, length], motion.modes[RE], motion.modes[IM], re, im)
             for n in range(len(re)):
                 state.modes[direction, RE, n] += re[n]
                 state.modes[direction, IM, n] += im[n]
@@ -970,7 +975,7 @@ def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion:
                     for n in range(int(logs.rows[at, layout.ROW_NODES])):
                         told.forces[at, direction, n] = posed.forces[i, direction, k, n] if pressed else 0.0
         for direction in range(directions):
-            _write_bodies(direction, tables, turns, motion, logs.moments[step], state, carried)
+            _write_bodies(direction, tables.which[p], tables, turns, motion, logs.moments[step], state, carried)
         if motion.modes.shape[1] > 0:
             _write_turned(step, tables, turns, motion, logs.moments[step], state, carried)
         if marched:

@@ -126,8 +126,9 @@ class _TurnedBodies(NamedTuple):
     S: FloatArray
 
 
-def _turned_bodies(prepared: general.Prepared, turn: SystemTurn, slower: float) -> _TurnedBodies:
-    bodies, seconds = prepared.system.bodies, prepared.grid.seconds
+def _turned_bodies(prepared: general.Prepared, turn: SystemTurn, slower: float, seconds: float) -> _TurnedBodies:
+    """Return them over macro steps of one length, s."""
+    bodies = prepared.system.bodies
     states, heavy = tables.states_of(bodies), tables.heavy_of(bodies)
     E = tables.equations_of(bodies, heavy).E
     by = tables.equations_of(turn.bodies, heavy, 0.0)
@@ -154,11 +155,12 @@ def _turned_ring(
 ) -> tables.RingTables:
     """Return the derivatives of `tables.ring_tables`."""
     held = tables.ring_tables(ring, order, grid, part, gauss_nodes(count))
-    faster = grid.seconds * ring.rates[order] * slower
+    faster = ring.rates[order] * slower
     residual = np.zeros_like(held.residual)
     if by is not None:
-        faster = faster + grid.seconds * by.rates[order]
-    grown = np.multiply.outer(nodes, faster)
+        faster = faster + by.rates[order]
+    seconds = grid.lengths if len(grid.lengths) == 1 else grid.lengths[grid.lengths_of_rows]
+    grown = np.multiply.outer(np.multiply.outer(seconds, nodes), faster)
     shows, takes = held.shows * grown, held.takes * (slower - grown)
     if by is not None:
         moved = ring._replace(deflection=by.deflection, drive=by.drive, residual=by.residual)
@@ -171,12 +173,11 @@ def turned_tables(prepared: general.Prepared, turn: SystemTurn, offsets: FloatAr
     """Return the derivatives of the tables; `offsets` are those of the start's, m."""
     system, method, units, grid = prepared.system, prepared.method, prepared.units, prepared.grid
     nodes, q, contacts = gauss_nodes(method.nodes), method.nodes, len(system.contacts)
-    slower, scale, size = slowed(prepared, turn), units.force / units.length, len(prepared.tables.bodies_step)
-    bodies = _turned_bodies(prepared, turn, slower)
+    slower, scale = slowed(prepared, turn), units.force / units.length
     ring, changes = system.ring, system.ring is not None and bool(turn.speed or turn.ring is not None)
-    g = np.zeros((contacts, contacts, grid.rows if changes else 1, q, q))
-    residual = np.zeros((contacts, g.shape[2], q))
-    modal = np.zeros((0, 0, q, 2, 0)), np.zeros((0, 0, q, 2, 0)), np.zeros((2, 0))
+    places = grid.rows if changes or len(grid.lengths) > 1 else 1
+    g, residual = np.zeros((contacts, contacts, places, q, q)), np.zeros((contacts, places, q))
+    modal = np.zeros((0, 0, q, 2, 0)), np.zeros((0, 0, q, 2, 0)), np.zeros((len(grid.lengths), 2, 0))
     if ring is not None and changes:
         order = general.order_of(ring)
         base = tables.sets_of(ring, order, grid, lambda part: tables.ring_tables(ring, order, grid, part, nodes))
@@ -184,47 +185,65 @@ def turned_tables(prepared: general.Prepared, turn: SystemTurn, offsets: FloatAr
             ring, order, grid,
             lambda part: _turned_ring(ring, turn.ring, order, grid, part, nodes.places, slower, q),
         )  # fmt: skip
-        places = tables.parts_of(grid)[1], *tables.phases_and_bays(grid)
         mixed = [tables.RingTables(one.shows, by.takes, by.residual) for one, by in zip(base, made, strict=True)]
-        tables.ring_kernels(ring, order, mixed, *places, [], g, residual)
+        tables.ring_kernels(ring, order, grid, mixed, [], g, residual)
         mixed = [tables.RingTables(by.shows, one.takes, by.residual) for one, by in zip(base, made, strict=True)]
-        tables.ring_kernels(ring, order, mixed, *places, [], g, residual)
-        faster = grid.seconds * ring.rates[order] * slower
+        tables.ring_kernels(ring, order, grid, mixed, [], g, residual)
+        faster = ring.rates[order] * slower
         if turn.ring is not None:
-            faster = faster + grid.seconds * turn.ring.rates[order]
+            faster = faster + turn.ring.rates[order]
+        faster = np.multiply.outer(grid.lengths, faster)
+        each = faster[grid.lengths_of_rows][:, None] if len(grid.lengths) > 1 else faster
         written = [
-            tables.RingTables(by.shows, by.takes + one.takes * faster, by.residual)
+            tables.RingTables(by.shows, by.takes + one.takes * each, by.residual)
             for one, by in zip(base, made, strict=True)
         ]  # fmt: skip
         made_modal = tables.modal_tables(ring, order, grid, written, [], nodes, method, units)
-        decay = np.exp(ring.rates[order] * grid.seconds) * faster
-        modal = made_modal.reads, made_modal.writes, np.stack([decay.real, decay.imag])
-    later = np.subtract.outer(nodes.places, nodes.places).ravel()
-    answers = bodies.S @ tables.exponentials(bodies.over, later) @ bodies.B
-    straight = _answers_of(prepared, later)
-    answers = grid.seconds * (answers + slower * straight)
-    g += np.moveaxis(answers.reshape(q, q, contacts, contacts), (0, 1), (2, 3))[:, :, None]
+        decay = np.exp(np.multiply.outer(grid.lengths, ring.rates[order])) * faster
+        modal = made_modal.reads, made_modal.writes, np.stack([decay.real, decay.imag], axis=1)
+    reads, writes, steps = [], [], []
+    for seconds, some in grid.alike():
+        bodies = _turned_bodies(prepared, turn, slower, seconds)
+        read, write, step, answers = _turned_body_tables(prepared, bodies, slower, seconds)
+        g[:, :, some] += answers[:, :, None]
+        read[:, 0, -1] += offsets / units.length
+        reads.append(read)
+        writes.append(write)
+        steps.append(step)
     g *= scale
     own = np.arange(contacts)
-    shown = (bodies.S @ tables.exponentials(bodies.over, nodes.places))[:, :, :size]
-    later_still = tables.exponentials(bodies.over, 1.0 - nodes.places) @ bodies.B
-    taken = later_still[:, size:] + slower * later_still[:, :size]
-    read = (np.tensordot(nodes.transform, shown, (1, 0)) / units.length).transpose(1, 0, 2)
-    write = np.tensordot(nodes.transform, taken, (1, 0)) * (-grid.seconds * units.force)
-    read = np.ascontiguousarray(read)
-    read[:, 0, -1] += offsets / units.length
     return TurnedTables(
-        read, np.ascontiguousarray(write.transpose(2, 0, 1)),
-        tables.exponentials(bodies.over, np.ones(1))[0, size:, :size],
+        np.stack(reads), np.stack(writes), np.stack(steps),
         np.ascontiguousarray(nodes.transform @ g[own, own] @ nodes.transform.T), g,
         residual * scale @ nodes.transform.T, *modal,
     )  # fmt: skip
 
 
-def _answers_of(prepared: general.Prepared, later: FloatArray) -> FloatArray:
-    """Return what bodies answer after some times, in macro steps."""
+def _turned_body_tables(
+    prepared: general.Prepared, bodies: _TurnedBodies, slower: float, seconds: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the derivatives of what bodies show, take, do in one step and answer, over steps of one length, s."""
+    units, q, size = prepared.units, prepared.method.nodes, bodies.S.shape[1] // 2
+    nodes, contacts = gauss_nodes(q), len(bodies.S)
+    later = np.subtract.outer(nodes.places, nodes.places).ravel()
+    answers = bodies.S @ tables.exponentials(bodies.over, later) @ bodies.B
+    answers = seconds * (answers + slower * _answers_of(prepared, later, seconds))
+    shown = (bodies.S @ tables.exponentials(bodies.over, nodes.places))[:, :, :size]
+    later_still = tables.exponentials(bodies.over, 1.0 - nodes.places) @ bodies.B
+    taken = later_still[:, size:] + slower * later_still[:, :size]
+    read = (np.tensordot(nodes.transform, shown, (1, 0)) / units.length).transpose(1, 0, 2)
+    write = np.tensordot(nodes.transform, taken, (1, 0)) * (-seconds * units.force)
+    return (
+        np.ascontiguousarray(read), np.ascontiguousarray(write.transpose(2, 0, 1)),
+        tables.exponentials(bodies.over, np.ones(1))[0, size:, :size],
+        np.moveaxis(answers.reshape(q, q, contacts, contacts), (0, 1), (2, 3)),
+    )  # fmt: skip
+
+
+def _answers_of(prepared: general.Prepared, later: FloatArray, seconds: float) -> FloatArray:
+    """Return what bodies answer after some times, in macro steps of one length, s."""
     states = tables.states_of(prepared.system.bodies)
-    return np.asarray(states.S @ tables.exponentials(states.A * prepared.grid.seconds, later) @ states.B)
+    return np.asarray(states.S @ tables.exponentials(states.A * seconds, later) @ states.B)
 
 
 # -- the start --------------------------------------------------------------------------------------------------------
