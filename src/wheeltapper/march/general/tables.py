@@ -37,16 +37,17 @@ class Grid(NamedTuple):
     Attributes
     ----------
     ends
-        From 0 to the time that a bay takes, s, (steps of a bay + 1,); without a bay of one step.
+        From 0 to the time that the way from a seat to the next one takes, s, (its steps + 1,); without seats to the end
+        of one step.
     lengths, which
-        Different lengths of steps, s, and which of them each step of a bay has.
+        Different lengths of steps, s, and which of them each of these steps has.
     speed
         m/s.
     phases
         Places in a bay of the ring, from each of which a step goes on.
     whole, part
-        Each contact begins `whole` steps from a seat, and `part` m more. At speed zero it has one place, and `whole`
-        counts bays.
+        Each contact begins `whole` steps from a seat, and `part` m more. At speed zero it has one place, and
+        `whole` counts bays.
     first, rows
         Tables have `rows` of the places, from the place `first` on.
     """
@@ -83,15 +84,15 @@ class Grid(NamedTuple):
     def times(self, at: FloatArray | IntArray) -> FloatArray:
         """Return times, s, from macro steps and their parts."""
         step = np.floor(at).astype(np.int64)
-        bay, own = np.divmod(step, len(self.which))
-        return np.asarray(bay * self.ends[-1] + self.ends[own] + (at - step) * self.seconds(step))
+        passed, own = np.divmod(step, len(self.which))
+        return np.asarray(passed * self.ends[-1] + self.ends[own] + (at - step) * self.seconds(step))
 
     def steps(self, times: FloatArray) -> FloatArray:
         """Return macro steps and their parts from times, s."""
-        bay = np.floor(times / self.ends[-1])
-        since = times - bay * self.ends[-1]
+        passed = np.floor(times / self.ends[-1])
+        since = times - passed * self.ends[-1]
         own = np.clip(np.searchsorted(self.ends, since, side="right") - 1, 0, len(self.which) - 1)
-        return np.asarray(bay * len(self.which) + own + (since - self.ends[own]) / self.lengths[self.which[own]])
+        return np.asarray(passed * len(self.which) + own + (since - self.ends[own]) / self.lengths[self.which[own]])
 
     def steps_until(self, time: float) -> int:
         """Return how many macro steps reach a time, s."""
@@ -158,18 +159,18 @@ def grid_of(system: System, method: Method, duration: float = np.inf, even: bool
     ends = np.arange(count + 1.0) * (bay / count)
     if part.any() and not even:
         ends, which = _between_passages(places, bay, speed * seconds)
-        count, bays = len(which), np.floor(places / bay + SAME_PHASE * speed * seconds / bay)
-        whole, part = count * bays.astype(np.int64), np.maximum(places - bays * bay, 0.0)
+        count, passed = len(which), np.floor(places / bay + SAME_PHASE * speed * seconds / bay)
+        whole, part = count * passed.astype(np.int64), np.maximum(places - passed * bay, 0.0)
     lengths = np.diff(ends)[np.unique(which, return_index=True)[1]]
     grid = Grid(ends / speed, lengths / speed, which, speed, seats * count, whole, part, 0, seats * count)
-    passed = np.ptp(whole) + grid.steps(np.array(duration)) + 2.0 if np.isfinite(duration) else np.inf
-    if seats > 1 and passed < grid.phases:
-        grid = grid._replace(first=int(whole.min()), rows=int(passed))
+    needed = np.ptp(whole) + grid.steps(np.array(duration)) + 2.0 if np.isfinite(duration) else np.inf
+    if seats > 1 and needed < grid.phases:
+        grid = grid._replace(first=int(whole.min()), rows=int(needed))
     return grid
 
 
 def _between_passages(places: FloatArray, bay: float, longest: float) -> tuple[FloatArray, IntArray]:
-    """Return ends of steps, m, over a bay, and which of their different lengths each step has.
+    """Return ends of steps, m, over a bay of so many m, and which of their different lengths each step has.
 
     Steps end where a contact passes a seat; what lies between is divided evenly. `longest` is that of a step, m.
     """
@@ -339,8 +340,8 @@ def parts_of(grid: Grid) -> tuple[FloatArray, IntArray]:
     """Return the different parts, m, at which contacts begin, and which of them each contact has."""
     if grid.speed == 0.0:
         return grid.part, np.arange(len(grid.part))
-    parts, sets = np.unique(np.round(grid.part / grid.same) * grid.same, return_inverse=True)
-    return parts, sets.astype(np.int64)
+    _, first, sets = np.unique(np.round(grid.part / grid.same), return_index=True, return_inverse=True)
+    return grid.part[first], sets.astype(np.int64)
 
 
 def phases_and_bays(grid: Grid) -> tuple[IntArray, IntArray]:
