@@ -312,12 +312,12 @@ class _Block:
         ]
         g = np.stack([bodies.answers for bodies in made])  # (kinds, contact, other, lengths, q, q)
         own = np.arange(g.shape[1])
-        return Kinds(
+        kinds = Kinds(
             np.stack([bodies.read for bodies in made]), np.stack([bodies.write for bodies in made]),
-            np.stack([bodies.step for bodies in made]),
-            np.ascontiguousarray(nodes.transform @ g[:, own, own] @ nodes.transform.T),
-            np.ascontiguousarray(g[:, own, own] * nodes.integrals), g, np.stack(coupled),
+            np.stack([bodies.step for bodies in made]), nodes.transform @ g[:, own, own] @ nodes.transform.T,
+            g[:, own, own] * nodes.integrals, g, np.stack(coupled),
         )  # fmt: skip
+        return Kinds._make(np.ascontiguousarray(part) for part in kinds)
 
     def _logs(self) -> Logs:
         """Return logs with room for the worst macro step of all lanes, and for many usual ones."""

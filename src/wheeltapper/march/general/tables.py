@@ -489,13 +489,13 @@ def joined(track: TrackTables, bodies: BodyTables, method: Method, units: Units)
     own = np.arange(contacts)
     kernels = nodes.transform @ g[own, own] @ nodes.transform.T
     coupled = are_coupled(g, method)
-    return Tables(
+    made = Tables(
         modal.reads, modal.writes, modal.first, modal.decay, modal.turns,
         track.sets, track.phase, track.bay, bodies.read, bodies.write, bodies.step,
-        np.ascontiguousarray(kernels), np.ascontiguousarray(g[own, own] * nodes.integrals), g,
-        coupled, residual @ nodes.transform.T, residual, modal.fixed_reads, modal.fixed_writes,
-        track.grid.lengths_of_rows, track.grid.lengths, clock_of(track.grid),
+        kernels, g[own, own] * nodes.integrals, g, coupled, residual @ nodes.transform.T, residual,
+        modal.fixed_reads, modal.fixed_writes, track.grid.lengths_of_rows, track.grid.lengths, clock_of(track.grid),
     )  # fmt: skip
+    return Tables._make(np.ascontiguousarray(part) for part in made)  # kernels are compiled for each layout
 
 
 def clock_of(grid: Grid) -> FloatArray:

@@ -212,11 +212,11 @@ def turned_tables(prepared: general.Prepared, turn: SystemTurn, offsets: FloatAr
         steps.append(step)
     g *= scale
     own = np.arange(contacts)
-    return TurnedTables(
-        np.stack(reads), np.stack(writes), np.stack(steps),
-        np.ascontiguousarray(nodes.transform @ g[own, own] @ nodes.transform.T), g,
+    out = TurnedTables(
+        np.stack(reads), np.stack(writes), np.stack(steps), nodes.transform @ g[own, own] @ nodes.transform.T, g,
         residual * scale @ nodes.transform.T, *modal,
     )  # fmt: skip
+    return TurnedTables._make(np.ascontiguousarray(part) for part in out)
 
 
 def _turned_body_tables(
@@ -234,8 +234,7 @@ def _turned_body_tables(
     read = (np.tensordot(nodes.transform, shown, (1, 0)) / units.length).transpose(1, 0, 2)
     write = np.tensordot(nodes.transform, taken, (1, 0)) * (-seconds * units.force)
     return (
-        np.ascontiguousarray(read), np.ascontiguousarray(write.transpose(2, 0, 1)),
-        tables.exponentials(bodies.over, np.ones(1))[0, size:, :size],
+        read, write.transpose(2, 0, 1), tables.exponentials(bodies.over, np.ones(1))[0, size:, :size],
         np.moveaxis(answers.reshape(q, q, contacts, contacts), (0, 1), (2, 3)),
     )  # fmt: skip
 

@@ -107,7 +107,7 @@ def tables_of(track: Track, duration: float) -> RailTables:
 
 
 def tables_for(track: Track, way: int, duration: float) -> TrackTables:
-    """Return what the general march makes of one way of a track to move, for a duration, s; all macro steps are equal."""
+    """Return what the general march makes of one way of a track to move, for a duration, s; all its steps are equal."""
     return track_tables(system_of(track, way), track.method, track.units, duration, even=True)
 
 
