@@ -19,7 +19,7 @@ from wheeltapper.march.general.laws.switch import HUNT_CROSSLEY, LINEAR_LAW
 from wheeltapper.march.general.march import Start, march
 from wheeltapper.march.general.replay import modes, path_heights, replay
 from wheeltapper.march.general.structure import Ring
-from wheeltapper.march.general.tables import compliance_at, shapes_at
+from wheeltapper.march.general.tables import compliance_at, grid_of, longest_step, shapes_at
 
 METHODS = {"default": DEFAULT, "strict": STRICT}
 ROLLAND, ZHAI = "rolland_UIC60_example", "Zhai2004"
@@ -485,5 +485,51 @@ def test_a_wheel_that_creeps_is_refused_before_memory_is_full():
 def test_steps_follow_the_fastest_mode():
     fast = rails.ring(ROLLAND, 20, 12e3)
     found = march(rails.one_wheel(rails.level(), 20.0, fast), DEFAULT, 1e-3)
-    assert found.prepared.grid.seconds * np.abs(fast.rates).max() < 6.4
-    assert march(rails.flat_60mm(), DEFAULT, 1e-3).prepared.grid.seconds == pytest.approx(2e-4)
+    assert found.prepared.grid.longest * np.abs(fast.rates).max() < 6.4
+    assert march(rails.flat_60mm(), DEFAULT, 1e-3).prepared.grid.longest == pytest.approx(2e-4)
+
+
+def wheels_at(places, speed):
+    """Return wheels on a level rail."""
+    contacts = tuple(Contact(rails.level(), rails.HERTZIAN, x) for x in places)
+    return System(rails.free_wheels(len(places)), contacts, speed, rails.ring(ROLLAND))
+
+
+@pytest.mark.parametrize(
+    "places", [(0.0,), (0.1234,), (0.0, -2.537), (0.31, 0.31 - 1.7), (-0.05, -1.85, -17.552, -19.352), (5.1, -5.1)]
+)
+@pytest.mark.parametrize("speed", [0.71, 20.0, 61.3])
+def test_macro_steps_end_where_any_wheel_passes_a_seat(places, speed):
+    system, bay = wheels_at(places, speed), 0.6
+    grid = grid_of(system, DEFAULT)
+    step = longest_step(system.ring, DEFAULT, system.bodies)
+    fewest = int(np.ceil(bay / (speed * step)))
+    assert len(grid.which) <= max(1.15 * fewest + 1.0, fewest + len(places))
+    assert grid.longest <= step * (1.0 + 1e-9)
+    passages = np.sort(np.concatenate([(-np.array(places) % bay + bay * lap) / speed for lap in range(4)]))
+    at = grid.steps(passages)
+    assert at == pytest.approx(np.rint(at), abs=2e-6, rel=0)
+    times = np.linspace(0.0, 4.0 * bay / speed, 3001)
+    assert grid.times(grid.steps(times)) == pytest.approx(times, abs=1e-13, rel=0)
+    ends = grid.times(np.arange(3 * len(grid.which) + 1))
+    assert np.diff(ends) == pytest.approx(grid.seconds(np.arange(len(ends) - 1)), rel=1e-8)
+    assert ends[:: len(grid.which)] == pytest.approx(bay / speed * np.arange(4), rel=1e-12)
+
+
+@pytest.mark.slow
+def test_a_seat_below_one_of_several_wheels_is_not_smoothed():
+    """Wheels 2.537 m apart on seats every 0.6 m, the first one between two of them: each passes its own at its time."""
+    paths = rails.flat(0.04, 0.35), rails.flat(0.05, 0.5)
+    contacts = [Contact(path, rails.HERTZIAN, 0.37 - 2.537 * i) for i, path in enumerate(paths)]
+    system = System(rails.free_wheels(2), tuple(contacts), 20.0, rails.ring(ROLLAND))
+    finest = finished(system, STRICT._replace(step=5e-5), 0.04)
+    assert len(finest.events) >= 4
+    assert {0.0, 1.0} == set(finest.events[:, 3])
+    times = np.linspace(0.0, 0.012, 1501)  # before the flats; both wheels pass a seat
+    calm = replay(finest, times).force
+    for method, event, force in ((STRICT, 1e-12, 2e-9), (DEFAULT, 1e-9, 1e-6)):
+        found = finished(system, method, 0.04)
+        assert len(found.prepared.grid.lengths) == 3
+        assert found.events[:, 1:4:2].tolist() == finest.events[:, 1:4:2].tolist()
+        assert found.events[:, 0] == pytest.approx(finest.events[:, 0], abs=event, rel=0)
+        assert replay(found, times).force == pytest.approx(calm, abs=force * rails.LOAD, rel=0)

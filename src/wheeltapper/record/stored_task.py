@@ -36,6 +36,8 @@ FloatArray = NDArray[np.float64]
 LOGS = {"rows": 2, "gaps": 3, "moments": 3, "bodies": 2, "modes": 3}
 """Logs that a file holds, and the number of their axes."""
 PATH_COLUMNS = contract.PIECE_COLUMNS, contract.MARKED_COLUMNS
+STEPS_END_AT_SEATS = "steps_end_at_seats"
+"""Attribute of files whose macro steps end where any wheel passes a seat; in older ones all steps are equal."""
 CONTACT = ("position", "start", "loop", "join")
 """Numbers of a contact beside its pieces and its law."""
 
@@ -55,6 +57,7 @@ def tables(lowered: LoweredOnRails, march: Marched) -> tuple[dict[str, Any], dic
     attributes = {
         "task_parts": json.dumps([[name, np.shape(part), np.asarray(part).dtype.kind] for name, part in parts.items()]),
         "steps_made": march.found.steps,
+        STEPS_END_AT_SEATS: 1,
     }
     return out, attributes
 
@@ -177,16 +180,17 @@ def _march_of(data: xr.Dataset, task: general.Task) -> Marched:
     """Return the march from its logs."""
     steps = stored.stored_attribute(data, "steps_made", int)
     try:
-        prepared = prepare(task.system, task.method, duration=task.duration)
+        even = STEPS_END_AT_SEATS not in data.attrs
+        prepared = prepare(task.system, task.method, duration=task.duration, even=even)
     except (ValueError, IndexError, np.linalg.LinAlgError) as error:
         raise InputError("", "task", f"numbers of no vehicle on a track ({error})"[:120], UNDAMAGED) from error
-    contacts, q, states = len(task.system.contacts), task.method.nodes, len(prepared.tables.bodies_step)
+    contacts, q, states = len(task.system.contacts), task.method.nodes, prepared.tables.bodies_step.shape[1]
     kept = len(range(0, steps, MODES_EVERY))
     logs = Logs(
         table(data, "logged_rows", None, layout.ROW_COLUMNS), np.empty((0, 0)), np.empty((0, 0)),
         table(data, "logged_gaps", steps, contacts, q), table(data, "logged_moments", steps, contacts, q),
         table(data, "logged_bodies", steps, states),
-        table(data, "logged_modes", kept, 2, prepared.tables.decay.shape[1]), np.zeros(4, np.int64),
+        table(data, "logged_modes", kept, 2, prepared.tables.decay.shape[2]), np.zeros(4, np.int64),
     )  # fmt: skip
     _check_rows(logs.rows, steps, contacts, {1, q, task.method.careful_nodes})
     events = table(data, "march_events", None, contract.EVENT_COLUMNS)

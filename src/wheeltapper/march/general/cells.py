@@ -19,7 +19,7 @@ from wheeltapper.march.general import layout
 from wheeltapper.march.general.layout import BEGIN, IM, RE
 from wheeltapper.march.general.modal import read_lanes, seen_from_first, turn, write_lanes
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
-from wheeltapper.march.general.stepping import bays_ahead, commit, solve_contacts, step_bodies
+from wheeltapper.march.general.stepping import bays_ahead, commit, solve_contacts, step_bodies, tell_time
 from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
@@ -73,7 +73,7 @@ class Lanes(NamedTuple):
 
 
 class Kinds(NamedTuple):
-    """Tables of the different bodies under which cells differ: as in `Tables`, one place in a bay, for each kind."""
+    """Tables of the different bodies under which cells differ: as in `Tables`, for each kind and length of a step."""
 
     read: FloatArray
     write: FloatArray
@@ -113,7 +113,7 @@ def _write_all(step: int, track: Tables, lanes: Lanes, own: Own) -> None:
     """Move the modes of all lanes over the macro step."""
     phases = track.reads.shape[1]
     for w in range(len(lanes.modes)):
-        turn(track.decay, lanes.modes[w, RE], lanes.modes[w, IM])
+        turn(track.decay[track.which[step % phases]], lanes.modes[w, RE], lanes.modes[w, IM])
     for i in range(len(lanes.moments)):
         rows = track.writes[track.sets[i], (track.phase[i] + step) % phases]
         if i == 0:
@@ -127,8 +127,11 @@ def _write_all(step: int, track: Tables, lanes: Lanes, own: Own) -> None:
 
 
 @inlined_uncounted_kernel
-def _tables_at(p: int, k: int, length: float, force: float, track: Tables, kinds: Kinds, own: Own) -> None:
-    """Write the tables of one cell at a place in the bay: those of the track in its units, and those of its bodies."""
+def _tables_at(p: int, k: int, lasts: int, length: float, force: float, track: Tables, kinds: Kinds, own: Own) -> None:
+    """Write the tables of one cell at a place in the bay: those of the track in its units, and those of its bodies.
+
+    `lasts` tells which length the macro step has.
+    """
     contacts, q = own.residual.shape[0], own.residual.shape[2]
     scale = force / length
     for i in range(contacts):
@@ -136,14 +139,14 @@ def _tables_at(p: int, k: int, length: float, force: float, track: Tables, kinds
             own.residual[i, BEGIN, m] = scale * track.residual[i, p, m]
             own.residual_nodes[i, BEGIN, m] = scale * track.residual_nodes[i, p, m]
             for j in range(q):
-                own.kernels[i, BEGIN, m, j] = scale * track.kernels[i, p, m, j] + kinds.kernels[k, i, m, j]
-                own.matrices[i, BEGIN, m, j] = scale * track.matrices[i, p, m, j] + kinds.matrices[k, i, m, j]
+                own.kernels[i, BEGIN, m, j] = scale * track.kernels[i, p, m, j] + kinds.kernels[k, i, lasts, m, j]
+                own.matrices[i, BEGIN, m, j] = scale * track.matrices[i, p, m, j] + kinds.matrices[k, i, lasts, m, j]
         for other in range(contacts):
             if kinds.coupled[k, i, other] != 0:
                 for m in range(q):
                     for j in range(q):
                         own.cross[i, other, BEGIN, m, j] = (
-                            scale * track.cross[i, other, p, m, j] + kinds.cross[k, i, other, m, j]
+                            scale * track.cross[i, other, p, m, j] + kinds.cross[k, i, other, lasts, m, j]
                         )
 
 
@@ -189,6 +192,8 @@ def cells_kernel(step: int, last: int, impact: int, loss: int, track: Tables, ki
         if not running:
             return step
         p = step % phases
+        lasts = track.which[p]
+        tell_time(step, track, stage.now)
         _read_all(step, track, lanes, own)
         for w in range(len(lanes.steps)):
             lanes.moments[:, w] = 0.0
@@ -197,18 +202,19 @@ def cells_kernel(step: int, last: int, impact: int, loss: int, track: Tables, ki
             k = lanes.kind[w]
             length, force = lanes.scales[w, OF_LENGTH], lanes.scales[w, OF_FORCE]
             bodies = lanes.bodies[w]
-            _tables_at(p, k, length, force, track, kinds, own)
+            _tables_at(p, k, lasts, length, force, track, kinds, own)
             for i in range(contacts):
                 for m in range(q):
                     total = lanes.seen[i, w, m] / length
                     for s in range(states):
-                        total += kinds.read[k, i, m, s] * bodies[s]
+                        total += kinds.read[k, lasts, i, m, s] * bodies[s]
                     stage.free[i, m] = total
                 stage.free[i, BEGIN] += lanes.sinking[w, i]
             tables = Tables(
                 track.reads, track.writes, track.first, track.decay, track.turns, track.sets, track.phase, track.bay,
                 kinds.read[k], kinds.write[k], kinds.step[k], own.kernels, own.matrices, own.cross, kinds.coupled[k],
-                own.residual, own.residual_nodes, track.fixed_reads, track.fixed_writes,
+                own.residual, own.residual_nodes, track.fixed_reads, track.fixed_writes, track.which, track.seconds,
+                track.clock,
             )  # fmt: skip
             here = Data(
                 data.macro, data.part, data.places, data.matrix, data.pieces, lanes.ends[w], lanes.laws[w], data.table,
@@ -229,7 +235,7 @@ def cells_kernel(step: int, last: int, impact: int, loss: int, track: Tables, ki
                 logs.events[row, layout.EVENT_CONTACT_IS] += w * contacts
             for row in range(peaks, used[layout.LOGGED_PEAKS]):
                 logs.peaks[row, layout.MAXIMUM_CONTACT] += w * contacts
-            step_bodies(kinds.step[k], kinds.write[k], stage.moments, bodies, room.spare)
+            step_bodies(kinds.step[k, lasts], kinds.write[k, lasts], stage.moments, bodies, room.spare)
             for i in range(contacts):
                 for m in range(q):
                     lanes.moments[i, w, m] = force * stage.moments[i, m]

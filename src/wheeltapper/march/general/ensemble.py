@@ -239,7 +239,7 @@ class _Block:
     def _lanes(self) -> Lanes:
         """Return the lanes of all cells at their starts; what is left over up to a multiple of TOGETHER has ended."""
         first, q = self.tasks[0].system, self.method.nodes
-        contacts, modes = len(first.contacts), self.shared.tables.decay.shape[1]
+        contacts, modes = len(first.contacts), self.shared.tables.decay.shape[2]
         count = TOGETHER * ceil(len(self.tasks) / TOGETHER)
         each = count, contacts
         lanes = Lanes(
@@ -255,9 +255,9 @@ class _Block:
         units, order = self.shared.track.units, general.order_of(first.ring)
         for w, (task, kind) in enumerate(zip(self.tasks, self.kinds, strict=True)):
             lanes.laws[w], lanes.kind[w] = kind.laws, kind.number
-            lanes.settings[w] = general.settings_of(task.system, self.method, kind.units, self.grid)
+            lanes.settings[w] = general.settings_of(task.system, self.method, kind.units)
             lanes.scales[w] = kind.units.length / units.length, kind.units.force / units.force
-            lanes.steps[w] = max(1, ceil(task.duration / self.grid.seconds - 1e-9))
+            lanes.steps[w] = self.grid.steps_until(task.duration)
             lanes.status[w] = contract.RUNNING
             lanes.modes[w] = np.stack([kind.amplitudes.real, kind.amplitudes.imag])[:, order]
             spots = [self._set_at_rest(w, i, contact, kind, lanes) for i, contact in enumerate(task.system.contacts)]
@@ -327,17 +327,19 @@ class _Block:
         scales = [kind.units.force / kind.units.length for kind in self.known.values()]
         one = track.units.force / track.units.length
         coupled = [
-            tabulation.are_coupled(track.answers * (scale / one) + bodies.answers[:, :, None], self.method)
+            tabulation.are_coupled(
+                track.answers * (scale / one) + bodies.answers[:, :, self.grid.lengths_of_rows], self.method
+            )
             for scale, bodies in zip(scales, made, strict=True)
         ]
-        g = np.stack([bodies.answers for bodies in made])
+        g = np.stack([bodies.answers for bodies in made])  # (kinds, contact, other, lengths, q, q)
         own = np.arange(g.shape[1])
-        return Kinds(
+        kinds = Kinds(
             np.stack([bodies.read for bodies in made]), np.stack([bodies.write for bodies in made]),
-            np.stack([bodies.step for bodies in made]),
-            np.ascontiguousarray(nodes.transform @ g[:, own, own] @ nodes.transform.T),
-            np.ascontiguousarray(g[:, own, own] * nodes.integrals), g, np.stack(coupled),
+            np.stack([bodies.step for bodies in made]), nodes.transform @ g[:, own, own] @ nodes.transform.T,
+            g[:, own, own] * nodes.integrals, g, np.stack(coupled),
         )  # fmt: skip
+        return Kinds._make(np.ascontiguousarray(part) for part in kinds)
 
     def _logs(self) -> Logs:
         """Return logs with room for the worst macro step of all lanes, and for many usual ones."""
@@ -378,7 +380,7 @@ class _Block:
 
     def _in_order(self, rows: FloatArray, step: int, part: int, contact: int) -> tuple[FloatArray, IntArray, IntArray]:
         """Return times, cells and numbers of rows up to their cells' ends, sorted by contact and time."""
-        times = (rows[:, step] + rows[:, part]) * self.grid.seconds
+        times = self.grid.times(rows[:, step] + rows[:, part])
         owner = rows[:, contact].astype(np.int64) // self.lanes.starts.shape[1]
         ends = np.array([task.duration for task in self.tasks])
         kept = np.flatnonzero(times <= ends[owner])

@@ -19,7 +19,7 @@ from wheeltapper.march.general.layout import BEGIN
 from wheeltapper.march.general.maxima import EXTREMES_MERGE
 from wheeltapper.march.general.records import Nodes, Room, Site
 from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.program import FloatArray
+from wheeltapper.march.program import FloatArray, IntArray
 
 BoolArray = NDArray[np.bool_]
 TOUCHES = 1e-9
@@ -139,23 +139,26 @@ def _smallest_without_force(row: FloatArray, places: FloatArray, matrix: FloatAr
 
 
 @uncounted_kernel
-def smallest_kernel(rows: FloatArray, wanted: BoolArray, gaps: FloatArray, kernels: FloatArray, residual: FloatArray, macro: Nodes, part: Nodes, places: FloatArray, matrix: FloatArray, pieces: FloatArray, ends: FloatArray, place: FloatArray, law: FloatArray, table: FloatArray, settings: FloatArray, begin: float, room: Room) -> float:  # fmt: skip  # noqa: E501
+def smallest_kernel(rows: FloatArray, wanted: BoolArray, gaps: FloatArray, kernels: FloatArray, residual: FloatArray, macro: Nodes, part: Nodes, places: FloatArray, matrix: FloatArray, pieces: FloatArray, ends: FloatArray, place: FloatArray, law: FloatArray, table: FloatArray, settings: FloatArray, begin: float, which: IntArray, seconds: FloatArray, clock: FloatArray, room: Room) -> float:  # fmt: skip  # noqa: E501
     """Return by how much a contact holds in the wanted ones of its rows, at least; negative where it has ended.
 
     `gaps` are its c of each macro step, `kernels` and `residual` its tables over the places in a bay, `place` is its
-    state at time zero.
+    state at time zero; `which`, `seconds` and `clock` are those of `Tables`.
     """
     q = gaps.shape[1]
-    stride = settings[layout.SPEED_NOW] * settings[layout.STEP_NOW]
+    speed, phases = settings[layout.SPEED_NOW], len(which)
     smallest = np.inf
     now = -1
     for r in range(len(rows)):
         row = rows[r]
         step = int(row[layout.ROW_STEP])
-        p = step % len(kernels)
+        p = step % phases
+        lasts = seconds[which[p]]
+        stride = speed * lasts
         site = Site(
-            gaps[step], kernels[p], residual[p], pieces, place, ends, law, table, begin + step * stride, stride,
-            1.0 / settings[layout.LENGTH_UNIT], settings[layout.STEP_NOW],
+            gaps[step], kernels[p], residual[p], pieces, place, ends, law, table,
+            begin + speed * ((step // phases) * clock[phases] + clock[p]), stride, 1.0 / settings[layout.LENGTH_UNIT],
+            lasts,
         )  # fmt: skip
         if step != now:
             room.moments[:q] = 0.0

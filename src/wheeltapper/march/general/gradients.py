@@ -101,14 +101,15 @@ def _turns(found: Found, each: list[_Direction]) -> tangent.Turns:
             ("cross", 2),
         )
     }  # fmt: skip
-    rates = np.zeros(0, complex) if ring is None else ring.rates[order_of(ring)] * prepared.grid.seconds
+    rates = np.zeros(0, complex) if ring is None else ring.rates[order_of(ring)]
+    rates = np.multiply.outer(prepared.grid.lengths, rates)
     nodes = data.macro
     return tangent.Turns(
         bent=np.where([one.pieces is not None for one in each], bent, -1),
         bends=np.stack(bends) if bends else np.zeros((1, *data.pieces.shape)),
         laws=np.stack([one.laws for one in each]), seconds=np.array([one.seconds for one in each]),
         structured=np.array([one.tables is not None for one in each], dtype=np.int64), **changed,
-        rates=np.stack([rates.real, rates.imag]), later=nodes.transform * nodes.places @ nodes.values,
+        rates=np.stack([rates.real, rates.imag], axis=1), later=nodes.transform * nodes.places @ nodes.values,
         remaining=nodes.values.T * (1.0 - nodes.places) @ nodes.transform.T,
     )  # fmt: skip
 
@@ -116,7 +117,7 @@ def _turns(found: Found, each: list[_Direction]) -> tangent.Turns:
 def _scratch(found: Found, columns: int) -> tuple[tangent.Posed, tangent.Carried]:
     prepared = found.prepared
     contacts, q = len(prepared.data.starts), prepared.method.nodes
-    states, modes = len(prepared.tables.bodies_step), prepared.tables.decay.shape[1]
+    states, modes = prepared.tables.bodies_step.shape[1], prepared.tables.decay.shape[2]
     parts, nodes = layout.MOST_PARTS + 2, layout.MOST_NODES
 
     def of_parts(*more: int) -> FloatArray:
@@ -153,7 +154,7 @@ def tangent_arguments(found: Found, turns: list[turned.SystemTurn]) -> tuple[Any
     """
     prepared, logs = found.prepared, found.logs
     each = [_direction(found, turn) for turn in turns]
-    contacts, states = len(prepared.data.starts), len(prepared.tables.bodies_step)
+    contacts, states = len(prepared.data.starts), prepared.tables.bodies_step.shape[1]
     idle = _Direction(None, np.zeros((contacts, switch.LAW_NUMBERS)), 0.0, None, None)
     all_of = [*each, idle, idle]
     count = len(all_of)
@@ -209,12 +210,13 @@ def _tangents(found: Found, turns: list[turned.SystemTurn]) -> Tangents:
     if not tangent.tangent_kernel(*arguments):
         raise ArithmeticError("contacts do not settle with each other")
     prepared, logs, count = found.prepared, found.logs, len(turns)
-    seconds, units = prepared.grid.seconds, prepared.units
+    grid, units = prepared.grid, prepared.units
     at = logs.events[:, layout.EVENT_STEP] + logs.events[:, layout.EVENT_PART]
     order = np.argsort(at, kind="stable")[: len(found.events)]
+    at, seconds = at[order], grid.seconds(logs.events[order, layout.EVENT_STEP])
     slower = tables.seconds[:count]
     events = told.events[order][:, :, :count]
-    events[:, tangent.OF_TIME] = (events[:, tangent.OF_TIME] + at[order, None] * slower) * seconds
+    events[:, tangent.OF_TIME] = events[:, tangent.OF_TIME] * seconds[:, None] + grid.times(at)[:, None] * slower
     events[:, tangent.OF_SIZE] *= units.length
     told = told._replace(forces=np.ascontiguousarray(told.forces.transpose(0, 2, 1)[:, :count]))
     peaks = _of_peaks(found, told, slower)
@@ -227,10 +229,11 @@ def _tangents(found: Found, turns: list[turned.SystemTurn]) -> Tangents:
 
 def _of_peaks(found: Found, told: tangent.Told, slower: FloatArray) -> FloatArray:
     """Return the derivatives of time and force of the maxima, (peaks, 2, directions)."""
-    prepared, logs = found.prepared, found.logs
+    prepared, logs, grid = found.prepared, found.logs, found.prepared.grid
     at = logs.peaks[:, layout.MAXIMUM_STEP] + logs.peaks[:, layout.MAXIMUM_PART]
     order = np.argsort(at, kind="stable")[: len(found.peaks)]
     at, contact = at[order], logs.peaks[order, layout.MAXIMUM_CONTACT]
+    seconds = grid.seconds(logs.peaks[order, layout.MAXIMUM_STEP])
     out = np.full((len(order), 2, len(slower)), np.nan)
     for i in range(len(prepared.data.starts)):
         own, rows = np.flatnonzero(contact == i), rows_of(found, i)
@@ -245,7 +248,7 @@ def _of_peaks(found: Found, told: tangent.Told, slower: FloatArray) -> FloatArra
         out[smooth, tangent.OF_TIME] = later[:, : len(slower)]
         out[smooth, tangent.OF_SIZE] = change[0][:, : len(slower)]
         _of_corners(found, told, rows, mine, own[found.peaks[own, 3] != 0.0], at, out)
-    out[:, tangent.OF_TIME] = (out[:, tangent.OF_TIME] + at[:, None] * slower) * prepared.grid.seconds
+    out[:, tangent.OF_TIME] = out[:, tangent.OF_TIME] * seconds[:, None] + grid.times(at)[:, None] * slower
     out[:, tangent.OF_SIZE] *= prepared.units.force
     return out
 
@@ -300,7 +303,7 @@ def _along(values: FloatArray, rows: Rows, row: IntArray, sigma: FloatArray) -> 
 
 def _of_impulses(found: Found, told: tangent.Told, slower: FloatArray) -> FloatArray:
     """Return the derivatives of the impulse of each logged part, N·s, (rows, directions)."""
-    logs, units, seconds = found.logs, found.prepared.units, found.prepared.grid.seconds
+    logs, units, grid = found.logs, found.prepared.units, found.prepared.grid
     out = np.zeros((len(logs.rows), len(slower)))
     for i in range(len(found.prepared.data.starts)):
         rows, mine = rows_of(found, i), np.flatnonzero(logs.rows[:, layout.ROW_CONTACT] == i)
@@ -310,7 +313,7 @@ def _of_impulses(found: Found, told: tangent.Told, slower: FloatArray) -> FloatA
             weights = gauss_nodes(count).weights * rows.pace[some, :count]
             out[mine[some]] = np.einsum("rn,rdn->rd", weights, told.forces[mine[some], : len(slower), :count])
         out[mine] += rows.total[:, :1] * slower + told.drops[mine, None] * told.moved[mine, : len(slower)]
-    return out * seconds * units.force
+    return np.asarray(out * (grid.seconds(logs.rows[:, layout.ROW_STEP]) * units.force)[:, None])
 
 
 def impulse_rates(found: Found, rates: Tangents, contact: int) -> FloatArray:
@@ -318,7 +321,7 @@ def impulse_rates(found: Found, rates: Tangents, contact: int) -> FloatArray:
 
     NaN where a contact lasts beyond the march.
     """
-    rows, seconds = found.logs.rows, found.prepared.grid.seconds
+    rows, grid = found.logs.rows, found.prepared.grid
     mine = np.flatnonzero(rows[:, layout.ROW_CONTACT] == contact)
     starts = rows[mine, layout.ROW_STEP] + rows[mine, layout.ROW_FROM]
     total = np.vstack([np.zeros(rates.pressed.shape[1]), np.cumsum(rates.pressed[mine], axis=0)])
@@ -327,6 +330,6 @@ def impulse_rates(found: Found, rates: Tangents, contact: int) -> FloatArray:
     out = np.full((len(impacts), rates.pressed.shape[1]), np.nan)
     for number, impact in enumerate(impacts):
         if impact + 1 < len(events):
-            first, last = np.searchsorted(starts, events[impact : impact + 2, 0] / seconds - tangent.AT_PART_END)
+            first, last = np.searchsorted(starts, grid.steps(events[impact : impact + 2, 0]) - tangent.AT_PART_END)
             out[number] = total[last] - total[first]
     return out

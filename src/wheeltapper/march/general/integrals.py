@@ -92,7 +92,7 @@ def rules(found: Found, end: float, steps: int = RULE_STEPS) -> Iterator[Rule]:
     event, or is going to, so that what is singular there does no harm.
     """
     grid, method = found.prepared.grid, found.prepared.method
-    last = end / grid.seconds
+    last = float(grid.steps(np.array(end)))
     for first in range(0, int(np.ceil(last)), steps):
         until = min(float(first + steps), last)
         rows = found.logs.rows
@@ -108,9 +108,9 @@ def rules(found: Found, end: float, steps: int = RULE_STEPS) -> Iterator[Rule]:
             for count in np.unique(counts)
             for some in [counts == count]
         ]
-        times, weights = np.concatenate(parts, axis=1) * grid.seconds
-        order = np.argsort(times, kind="stable")
-        yield Rule(times[order], weights[order])
+        at, weights = np.concatenate(parts, axis=1)
+        at, weights = at[(order := np.argsort(at, kind="stable"))], weights[order]
+        yield Rule(grid.times(at), weights * grid.seconds(at))
 
 
 def _leading(rows: FloatArray, edges: FloatArray) -> FloatArray:
@@ -143,15 +143,16 @@ def _nodes_over(rows: FloatArray, begins: FloatArray, ends: FloatArray, count: i
 
 def solved_parts(found: Found, contact: int, end: float) -> Iterator[SolvedParts]:
     """Return the parts of a contact in which it has a force, up to a time, s."""
-    rows, seconds = rows_until(found, contact, end), found.prepared.grid.seconds
+    rows, grid = rows_until(found, contact, end), found.prepared.grid
     counts = rows.rows[:, layout.ROW_NODES].astype(int)
     for count in np.unique(counts[counts > 1]).tolist():
         some, nodes = counts == count, gauss_nodes(count)
         theta = np.column_stack([rows.rows[some][:, layout.ROW_FROM], rows.theta[some, :count]])
-        times = (rows.rows[some][:, [layout.ROW_STEP]] + theta) * seconds
+        steps = rows.rows[some, layout.ROW_STEP]
+        times = grid.times(steps[:, None] + theta)
         delta = replay(found, times.ravel()).indentation[:, contact].reshape(times.shape)
         yield SolvedParts(
-            times[:, 1:], delta[:, 1:], delta @ nodes.slopes.T, rows.pace[some, :count] * seconds,
+            times[:, 1:], delta[:, 1:], delta @ nodes.slopes.T, rows.pace[some, :count] * grid.seconds(steps)[:, None],
             rows.force[some, :count] * found.prepared.units.force, nodes.weights,
         )  # fmt: skip
 
@@ -170,7 +171,7 @@ def jumps(found: Found, end: float) -> FloatArray:
         times.append(rows.starts[1:][np.abs(begins[1:] - ends[:-1]) > SUDDEN])
     at = np.sort(np.concatenate(times))
     at = at[np.diff(at, prepend=-np.inf) > 4.0 * BESIDE]
-    return np.asarray((at[:, None] + np.array([-BESIDE, BESIDE])) * found.prepared.grid.seconds)
+    return found.prepared.grid.times(at[:, None] + np.array([-BESIDE, BESIDE]))
 
 
 def extremes(found: Found, end: float) -> tuple[float, float]:
@@ -185,9 +186,10 @@ def extremes(found: Found, end: float) -> tuple[float, float]:
 
 def impulses(found: Found, contact: int, begins: FloatArray, end: float) -> FloatArray:
     """Return the impulse of a contact between each of some times and the next, the last up to an end, N s."""
-    rows, seconds = rows_until(found, contact, end), found.prepared.grid.seconds
-    total = np.append(0.0, np.cumsum(rows.total[:, 0])) * seconds * found.prepared.units.force
-    first = np.searchsorted(rows.starts, begins / seconds - 1e-9)
+    rows, grid = rows_until(found, contact, end), found.prepared.grid
+    each = rows.total[:, 0] * grid.seconds(rows.rows[:, layout.ROW_STEP])
+    total = np.append(0.0, np.cumsum(each)) * found.prepared.units.force
+    first = np.searchsorted(rows.starts, grid.steps(begins) - 1e-9)
     return np.diff(total[np.append(first, len(rows.rows))])
 
 

@@ -47,9 +47,13 @@ LOGGED_ROWS, LOGGED_EVENTS, LOGGED_PEAKS, LOGGED_STEPS = range(4)
 RE, IM = 0, 1
 BEGIN = 0
 
-# Tolerances of a march, and which of its laws depend on the rate.
-NEWTON_LIMIT, TAIL_LIMIT, SWEEP_LIMIT, LOSS_LIMIT, PROMINENT, LENGTH_UNIT, FORCE_UNIT, SPEED_NOW, STEP_NOW = range(9)
-SETTINGS = 9
+# Tolerances of a march, its units and its speed.
+NEWTON_LIMIT, TAIL_LIMIT, SWEEP_LIMIT, LOSS_LIMIT, PROMINENT, LENGTH_UNIT, FORCE_UNIT, SPEED_NOW = range(8)
+SETTINGS = 8
+
+# Of the present macro step, s: when it begins, how long it, the one before and the next one last.
+STEP_BEGINS, STEP_LASTS, LAST_ONE_LASTED, NEXT_ONE_LASTS = range(4)
+STEP_NUMBERS = 4
 
 # Limits of one run of the kernel.
 MOST_PARTS = 200

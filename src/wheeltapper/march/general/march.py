@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil, log2
+from math import log2
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -92,7 +92,7 @@ class Found(NamedTuple):
     @property
     def time(self) -> float:
         """How far the march came, s."""
-        return self.steps * self.prepared.grid.seconds
+        return float(self.prepared.grid.times(np.array(self.steps)))
 
 
 # -- laws in the march's units ----------------------------------------------------------------------------------------
@@ -253,10 +253,15 @@ def path_tables(system: System) -> tuple[FloatArray, FloatArray]:
     return np.ascontiguousarray(np.vstack(paths)), ends
 
 
-def prepare(system: System, method: Method = DEFAULT, start: Start | None = None, duration: float = np.inf) -> Prepared:
-    """Make the tables of a system, enough for a duration; it starts from equilibrium unless a state is given."""
+def prepare(
+    system: System, method: Method = DEFAULT, start: Start | None = None, duration: float = np.inf, even: bool = False
+) -> Prepared:  # fmt: skip
+    """Make the tables of a system, enough for a duration; it starts from equilibrium unless a state is given.
+
+    `even`: all macro steps are equal, wherever wheels pass seats.
+    """
     units = units_of(system.wheels, carried_loads(system))
-    return prepared_on(tabulation.track_tables(system, method, units, duration), system, method, start)
+    return prepared_on(tabulation.track_tables(system, method, units, duration, even), system, method, start)
 
 
 def prepared_on(track: tabulation.TrackTables, system: System, method: Method, start: Start | None = None) -> Prepared:
@@ -268,12 +273,12 @@ def prepared_on(track: tabulation.TrackTables, system: System, method: Method, s
     starts = np.array([contact.start for contact in system.contacts])
     data = Data(
         gauss_nodes(method.nodes), gauss_nodes(method.careful_nodes), *flight_nodes(), pieces, ends, laws, table,
-        starts, settings_of(system, method, units, grid),
+        starts, settings_of(system, method, units),
     )  # fmt: skip
     if start is None:
         rest = equilibrium(system, data, static_forces(system), units, rest_of(system))
         start = rest._replace(bodies=raised_state(system.bodies, rest.offsets))
-    tables.bodies_read[:, 0, -1] += start.offsets / units.length
+    tables.bodies_read[:, :, 0, -1] += start.offsets / units.length
     local = tables.residual[:, 0] @ (-1.0) ** np.arange(method.nodes)
     return Prepared(
         system, method, units, grid, tables, data, start, _motion(system, method, data, units, start, local)
@@ -284,7 +289,7 @@ RATED_TAIL = 1e-9
 """Least error of forces' polynomials, in static units, where a law depends on the rate: rounding of the rate."""
 
 
-def settings_of(system: System, method: Method, units: tabulation.Units, grid: tabulation.Grid) -> FloatArray:
+def settings_of(system: System, method: Method, units: tabulation.Units) -> FloatArray:
     """Return the settings of a march, as its kernel takes them."""
     settings = np.zeros(layout.SETTINGS)
     settings[layout.NEWTON_LIMIT] = method.newton
@@ -296,7 +301,6 @@ def settings_of(system: System, method: Method, units: tabulation.Units, grid: t
     settings[layout.LENGTH_UNIT] = units.length
     settings[layout.FORCE_UNIT] = units.force
     settings[layout.SPEED_NOW] = system.speed
-    settings[layout.STEP_NOW] = grid.seconds
     return settings
 
 
@@ -452,7 +456,7 @@ def stage_of(contacts: int, q: int, modes: int) -> Stage:
         np.zeros((contacts, rows, layout.ROW_COLUMNS)), np.zeros((contacts, rows, layout.EVENT_COLUMNS_GENERAL)),
         np.zeros((contacts, 2), np.int64), np.zeros((contacts, layout.STATE_COLUMNS)), np.zeros((contacts, q)),
         np.zeros((contacts, q)), np.zeros((contacts, q)), np.zeros((contacts, q, q)), np.zeros((q, q)),
-        np.zeros((contacts, q)), np.zeros((2, modes)),
+        np.zeros((contacts, q)), np.zeros((2, modes)), np.zeros(layout.STEP_NUMBERS),
     )  # fmt: skip
 
 
@@ -511,13 +515,13 @@ def order_of(ring: Ring | None) -> IntArray:
 def _logs(prepared: Prepared, steps: int) -> Logs:
     contacts, q = len(prepared.data.starts), prepared.method.nodes
     margin = contacts * (layout.MOST_PARTS + 2)
-    modes = prepared.tables.decay.shape[1]
+    modes = prepared.tables.decay.shape[2]
     return Logs(
         np.empty((margin + 3 * steps * contacts, layout.ROW_COLUMNS)),
         np.empty((margin + steps * contacts, layout.EVENT_COLUMNS_GENERAL)),
         np.empty((3 * margin + steps * contacts, layout.MAXIMUM_COLUMNS)),
         np.empty((steps, contacts, q)), np.empty((steps, contacts, q)),
-        np.empty((steps, len(prepared.tables.bodies_step))),
+        np.empty((steps, prepared.tables.bodies_step.shape[1])),
         np.empty((steps // MODES_EVERY + 2, 2, modes)), np.zeros(4, np.int64),
     )  # fmt: skip
 
@@ -558,11 +562,12 @@ def run(
     prepared: Prepared, duration: float, tell: Tell = report_nothing, memory: Memory | None = None
 ) -> Found:  # fmt: skip
     """March a prepared system for some time, in whole macro steps; nothing after the time is told."""
-    total = max(1, ceil(duration / prepared.grid.seconds - 1e-9))
+    grid = prepared.grid
+    total = grid.steps_until(duration)
     motion = Motion(*(table.copy() for table in prepared.motion))
     marking, chunk = None, GENERAL_CHUNK
-    if memory is not None and prepared.grid.stride > 0.0:
-        marking, chunk = memory.begin(), max(1, min(GENERAL_CHUNK, int(memory.reach / prepared.grid.stride)))
+    if memory is not None and grid.speed > 0.0:
+        marking, chunk = memory.begin(), max(1, min(GENERAL_CHUNK, int(memory.reach / (grid.speed * grid.longest))))
     contacts, q = len(prepared.data.starts), prepared.method.nodes
     stage = stage_of(contacts, q, motion.modes.shape[1])
     room = room_of(len(motion.bodies))
@@ -575,7 +580,7 @@ def run(
         status = march_kernel(done, until, prepared.tables, data, motion, stage, logs, room)
         kept.append(_used(logs, done))
         done = int(logs.used[layout.LOGGED_STEPS])
-        if tell(done * prepared.grid.seconds) and done < total:
+        if tell(float(grid.times(np.array(done)))) and done < total:
             status = numbers.FULL
             break
         if marking is not None and done < total and status in (numbers.RUNNING, numbers.FULL):
@@ -594,12 +599,14 @@ def _over(prepared: Prepared, pieces: list[FloatArray], motion: Motion, done: in
     new = tuple(one._replace(pieces=own, loop=len(own)) for one, own in zip(system.contacts, pieces, strict=False))
     system = system._replace(contacts=new + system.contacts[wheels:])
     table, ends = path_tables(system)
+    rolled = system.speed * float(prepared.grid.times(np.array(done)))
+    near = 1e-9 * system.speed * prepared.grid.longest
     for i, (state, contact) in enumerate(zip(motion.contacts, system.contacts, strict=True)):
         held, own = prepared.data.pieces[int(state[layout.PIECE_NOW])], int(ends[i, layout.TABLE_BEGIN])
-        x = contact.start + done * prepared.grid.stride
+        x = contact.start + rolled
         if i < wheels:  # behind a border at x it has not been entered yet
             stop = held[numbers.STOP] + state[layout.SHIFT_NOW]
-            before = stop <= x + 1e-9 * prepared.grid.stride
+            before = stop <= x + near
             side: Any = "left" if before else "right"
             state[layout.PIECE_NOW] = own + np.searchsorted(contact.pieces[:, numbers.START], min(x, stop), side) - 1
             state[layout.SHIFT_NOW] = 0.0
@@ -645,13 +652,13 @@ def _joined(kept: list[Logs]) -> Logs:
 
 
 def _found(prepared: Prepared, status: int, steps: int, duration: float, logs: Logs) -> Found:
-    seconds, units = prepared.grid.seconds, prepared.units
-    times = (logs.events[:, layout.EVENT_STEP] + logs.events[:, layout.EVENT_PART]) * seconds
+    grid, units = prepared.grid, prepared.units
+    times = grid.times(logs.events[:, layout.EVENT_STEP] + logs.events[:, layout.EVENT_PART])
     events = np.column_stack([
         times, logs.events[:, layout.EVENT_KIND_IS], logs.events[:, layout.EVENT_RATE_IS] * units.length,
         logs.events[:, layout.EVENT_CONTACT_IS],
     ])  # fmt: skip
-    tops = (logs.peaks[:, layout.MAXIMUM_STEP] + logs.peaks[:, layout.MAXIMUM_PART]) * seconds
+    tops = grid.times(logs.peaks[:, layout.MAXIMUM_STEP] + logs.peaks[:, layout.MAXIMUM_PART])
     contact = logs.peaks[:, layout.MAXIMUM_CONTACT]
     peaks = np.column_stack([
         tops, logs.peaks[:, layout.MAXIMUM_FORCE] * units.force, contact, _at_corners(prepared, tops, contact)
@@ -669,7 +676,7 @@ AT_CORNER = 1e-9
 
 def _at_corners(prepared: Prepared, times: FloatArray, contact: FloatArray) -> FloatArray:
     """Return 1 for the maxima that are at a kink or jump of their contact's path."""
-    corner, stride = np.zeros(len(times)), prepared.grid.stride
+    corner, stride = np.zeros(len(times)), prepared.system.speed * prepared.grid.longest
     for i, one in enumerate(prepared.system.contacts):
         pieces, own = one.pieces, np.flatnonzero(contact == i)
         hard = pieces[1:][pieces[1:, numbers.JOIN] != numbers.SOFT, numbers.START]

@@ -58,14 +58,16 @@ def margin_of(found: Found, losses: int) -> float:
     data, tables, room = prepared.data, prepared.tables, room_of(len(prepared.motion.bodies))
     out = np.inf
     for i, place in enumerate(first_places(data)[: len(prepared.system.wheels)]):
-        events = found.events[found.events[:, contract.EVENT_CONTACT] == i] / [prepared.grid.seconds, 1.0, 1.0, 1.0]
+        events = found.events[found.events[:, contract.EVENT_CONTACT] == i]
+        events[:, contract.EVENT_TIME] = prepared.grid.steps(events[:, contract.EVENT_TIME])
         rows = logs.rows[logs.rows[:, layout.ROW_CONTACT] == i]
         lost = int((events[:, contract.EVENT_KIND] == contract.LOSS).sum())
         wanted = _wanted_rows(rows, events, losses, prepared.method.loss)
         here = smallest_kernel(
             rows, wanted, np.ascontiguousarray(logs.gaps[:, i]), tables.kernels[i],
             tables.residual[i], data.macro, data.part, data.places, data.matrix, data.pieces, data.ends[i], place,
-            data.laws[i], data.table, data.settings, float(data.starts[i]), room,
+            data.laws[i], data.table, data.settings, float(data.starts[i]), tables.which, tables.seconds, tables.clock,
+            room,
         )  # fmt: skip
         none = 0.0 if lost >= losses else 1.0  # a loss that ends as it begins; or none before this one either
         out = min(out, here if np.isfinite(here) else none)

@@ -62,13 +62,14 @@ class Tables(NamedTuple):
     first
         First mode of each degree, (q,).
     decay
-        exp(λH), (2, modes).
+        exp(λH), (lengths, 2, modes).
     turns
         What a port sees that stands some bays ahead, (bays, 2, modes).
     sets, phase, bay
         Of each contact: which set of tables, and phase and bay at the start.
     bodies_read, bodies_write, bodies_step
-        The same for bodies: (contacts, q, states), (contacts, q, states), (states, states); the last state is 1.
+        The same for bodies: (contacts, q, states), (contacts, q, states), (states, states), each behind an axis of the
+        lengths of steps; the last state is 1.
     kernels, matrices
         The answer of the structure to a contact's own force: Legendre coefficients, and its collocation matrix,
         (contacts, phases, q, q) both.
@@ -79,8 +80,12 @@ class Tables(NamedTuple):
     residual, residual_nodes
         Local compliance: Legendre coefficients, and at the nodes, (contacts, phases, q).
     fixed_reads, fixed_writes
-        As `reads` and `writes`, of the contacts that stay where they are, (ports, q, 2, modes). `sets`, `phase` and
-        `bay` are those of the wheels.
+        As `reads` and `writes`, of the contacts that stay where they are, (ports, lengths, q, 2, modes). `sets`,
+        `phase` and `bay` are those of the wheels.
+    which, seconds
+        Which of the different lengths the step from each place has, (phases,), and these, s, (lengths,).
+    clock
+        When the steps begin from the first place on, and when the last one ends, s, (phases + 1,).
     """
 
     reads: FloatArray
@@ -102,6 +107,9 @@ class Tables(NamedTuple):
     residual_nodes: FloatArray
     fixed_reads: FloatArray
     fixed_writes: FloatArray
+    which: IntArray
+    seconds: FloatArray
+    clock: FloatArray
 
 
 class Site(NamedTuple):
@@ -181,7 +189,7 @@ class Data(NamedTuple):
     starts
         Position of each contact in its table at time zero, m.
     settings
-        Tolerances, units, speed and step (layout.py).
+        Tolerances, units and speed (layout.py).
     careful
         Address of the kernel `eventful`, while one marches.
     """
@@ -240,6 +248,7 @@ class Stage(NamedTuple):
     sums: FloatArray
     moments: FloatArray
     modes: FloatArray
+    now: FloatArray  # when the macro step begins, how long it, the one before and the next one last, s (layout.py)
 
 
 class Logs(NamedTuple):

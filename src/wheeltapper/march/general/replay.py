@@ -84,7 +84,7 @@ class Rows(NamedTuple):
 
 def rows_until(found: Found, contact: int, end: float) -> Rows:
     """Return the logged parts of a contact up to a time, s; the last one is cut there."""
-    whole, stop = rows_of(found, contact), end / found.prepared.grid.seconds
+    whole, stop = rows_of(found, contact), float(found.prepared.grid.steps(np.array(end)))
     held = Rows(*(part[: int(np.searchsorted(whole.starts, stop))].copy() for part in whole))
     row, last = held.rows[-1], len(held.rows) - 1
     at, count = stop - row[layout.ROW_STEP], int(row[layout.ROW_NODES])
@@ -209,7 +209,7 @@ def _integrated(values: FloatArray) -> FloatArray:
 
 def _places(found: Found, times: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return the macro step of each time, and the part of it."""
-    at = times / found.prepared.grid.seconds
+    at = found.prepared.grid.steps(times)
     step = np.clip(np.floor(at).astype(np.int64), 0, found.steps - 1)
     return step, np.clip(at - step, 0.0, 1.0)
 
@@ -257,23 +257,24 @@ def _replayed(found: Found, times: FloatArray) -> tuple[FloatArray, ...]:
     rates = states @ first.A.T - force @ first.B.T
     acceleration = np.full((len(times), freedoms), np.nan)
     acceleration[:, heavy] = rates[:, freedoms:-1]
-    by_time = units.force / prepared.grid.seconds
-    rate, bend = np.stack([[one.rate, one.bend / prepared.grid.seconds] for one in at], axis=2) * by_time
+    seconds = prepared.grid.seconds(step)
+    rate, bend = np.stack([[one.rate, one.bend / seconds] for one in at], axis=2) * (units.force / seconds)[:, None]
     return force, rate, bend, indentation, rail, path, states[:, :freedoms], rates[:, :freedoms], acceleration
 
 
 def _body_states(found: Found, step: IntArray, theta: FloatArray, at: list[At]) -> FloatArray:
     """Return the bodies' states, (times, states)."""
     prepared = found.prepared
-    seconds, nodes = prepared.grid.seconds, gauss_nodes(prepared.method.nodes)
-    states = states_of(prepared.system.bodies)
-    back = exponentials(states.A * seconds, -nodes.places) @ states.B
-    answers = np.tensordot(nodes.transform, back, (1, 0)) * (-seconds * prepared.units.force)  # (q, states, contacts)
+    grid, nodes = prepared.grid, gauss_nodes(prepared.method.nodes)
+    states, seconds = states_of(prepared.system.bodies), prepared.grid.seconds(step)
     held = found.logs.bodies[step].copy()
-    for i, one in enumerate(at):
-        held += one.moments @ answers[:, :, i]
-    places, place = np.unique(theta, return_inverse=True)  # many steps have the same nodes
-    return np.asarray(np.einsum("tij,tj->ti", exponentials(states.A * seconds, places)[place], held))
+    for length in np.unique(seconds).tolist():
+        back, some = exponentials(states.A * length, -nodes.places) @ states.B, seconds == length
+        answers = -length * prepared.units.force * np.tensordot(nodes.transform, back, (1, 0))  # (q, states, contacts)
+        for i, one in enumerate(at):
+            held[some] += one.moments[some] @ answers[:, :, i]
+    places, place = np.unique(theta * seconds / grid.longest, return_inverse=True)  # many steps have the same nodes
+    return np.asarray(np.einsum("tij,tj->ti", exponentials(states.A * grid.longest, places)[place], held))
 
 
 def pressed(found: Found, contact: int, times: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -299,7 +300,7 @@ def pressed(found: Found, contact: int, times: FloatArray) -> tuple[FloatArray, 
         answers = moments @ kernels[own % len(kernels)].transpose(0, 2, 1)
         free = found.logs.gaps[own, contact][:, None] - answers
         local = (powers * residual[own % len(residual)][:, None]).sum(axis=2)
-        x = one.start + prepared.system.speed * prepared.grid.seconds * (own[:, None] + at)
+        x = one.start + prepared.system.speed * prepared.grid.times(own[:, None] + at)
         gap = (powers * free).sum(axis=2) + path_heights(one, x.ravel()).reshape(x.shape) / prepared.units.length
         delta = (gap - local * rows.force[used, :count]) @ nodes.transform.T
         values = np.asarray(legendre.legvander(2.0 * sigma[some] - 1.0, count - 1), dtype=float)
@@ -381,17 +382,16 @@ def modes_under(
     run: TrackRun, step: IntArray, theta: FloatArray, at: list[At], starts: Starts, bends: bool = True
 ) -> Modes:
     """Return a track's modes at parts θ of macro steps, where the forces on it and their moments are `at`."""
-    tables, ring, seconds, nodes = run.tables, run.ring, run.grid.seconds, run.moments.shape[2]
+    ring, seconds, nodes = run.ring, run.grid.seconds(step), run.moments.shape[2]
     back = np.argsort(np.argsort(np.abs(ring.rates), kind="stable"))
-    places, place = np.unique(theta, return_inverse=True)  # many steps have the same nodes
-    grown = np.exp(np.multiply.outer(places * seconds, ring.rates))
-    undone = 1.0 / (tables.decay[RE] + 1j * tables.decay[IM])
+    places, place = np.unique(theta * seconds, return_inverse=True)  # many steps have the same nodes
+    grown = np.exp(np.multiply.outer(places, ring.rates))
     values = legendre.legvander(2.0 * theta - 1.0, nodes - 1)
     steep = _legendre_slopes(theta, nodes)
     factors = [
         np.stack([
-            one.moments, values * one.force[:, None] / seconds,
-            (steep * one.force[:, None] + values * one.rate[:, None]) / seconds**2,
+            one.moments, values * (one.force / seconds)[:, None],
+            (steep * one.force[:, None] + values * one.rate[:, None]) / seconds[:, None] ** 2,
         ][: 3 if bends else 2])
         for one in at
     ]  # fmt: skip
@@ -399,6 +399,7 @@ def modes_under(
     for one in np.unique(step).tolist():
         some = np.flatnonzero(step == one)
         begins, takes = starts.at(one), [_taken(run, one, i) for i in range(len(at))]
+        undone = 1.0 / _decay(run, one)
         held = np.zeros((len(out), len(some), len(begins)), dtype=complex)
         held[0] = begins
         for factor, taken in zip(factors, takes, strict=True):
@@ -410,8 +411,19 @@ def modes_under(
         out[:, some] = held * grown[place[some]]
     force, force_rate = (np.stack([getattr(one, name) for one in at], axis=1) for name in ("force", "rate"))
     bend = out[-1] if bends else out[0, :0]
-    by_time = run.force / seconds
+    by_time = run.force / seconds[:, None]
     return Modes(out[0], out[1], bend, _first_bay(run, step), force * run.force, force_rate * by_time)
+
+
+def _length(run: TrackRun, step: int) -> int:
+    """Return which length a macro step has."""
+    return int(run.tables.which[step % len(run.tables.which)])
+
+
+def _decay(run: TrackRun, step: int) -> ComplexArray:
+    """Return exp(λH) of a macro step."""
+    decay = run.tables.decay[_length(run, step)]
+    return np.asarray(decay[RE] + 1j * decay[IM])
 
 
 def _taken(run: TrackRun, step: int, contact: int) -> ComplexArray:
@@ -419,7 +431,7 @@ def _taken(run: TrackRun, step: int, contact: int) -> ComplexArray:
     tables = run.tables
     wheels, phases = len(tables.sets), tables.reads.shape[1]
     if contact >= wheels:
-        rows = tables.fixed_writes[contact - wheels]
+        rows = tables.fixed_writes[contact - wheels, _length(run, step)]
         return _complex(rows)
     rows = tables.writes[tables.sets[contact], (tables.phase[contact] + step) % phases]
     ahead = _bays_ahead(run, step, contact)
@@ -441,7 +453,7 @@ def _derivatives(count: int) -> FloatArray:
 def _first_bay(run: TrackRun, step: IntArray) -> IntArray:
     """Return the bay of the first contact, from which amplitudes are seen."""
     tables = run.tables
-    moved = step * (run.grid.stride != 0.0)
+    moved = step * (run.grid.speed != 0.0)
     return np.asarray(tables.bay[0] + (tables.phase[0] + moved) // tables.reads.shape[1])
 
 
@@ -484,7 +496,7 @@ class Starts:
     def go_on(self, takes: list[ComplexArray]) -> None:
         """Move on by a macro step, in which moments do to the modes what `_taken` says."""
         tables, step = self.run.tables, self.reached
-        self.held = self.held * (tables.decay[RE] + 1j * tables.decay[IM])
+        self.held = self.held * _decay(self.run, step)
         for moments, taken in zip(self.run.moments[step], takes, strict=True):
             self.held += real_times(moments[None], taken)[0]
         if np.diff(_first_bay(self.run, np.array([step, step + 1])))[0]:

@@ -34,21 +34,32 @@ MODES_EVERY = 64
 
 
 @inlined_uncounted_kernel
+def tell_time(step: int, tables: Tables, now: FloatArray) -> None:
+    """Write when a macro step begins, and how long it lasts, and its neighbours."""
+    phases = len(tables.which)
+    now[layout.STEP_BEGINS] = (step // phases) * tables.clock[phases] + tables.clock[step % phases]
+    now[layout.STEP_LASTS] = tables.seconds[tables.which[step % phases]]
+    now[layout.LAST_ONE_LASTED] = tables.seconds[tables.which[(step - 1) % phases]]
+    now[layout.NEXT_ONE_LASTS] = tables.seconds[tables.which[(step + 1) % phases]]
+
+
+@inlined_uncounted_kernel
 def _read(step: int, i: int, tables: Tables, motion: Motion, stage: Stage) -> None:
     """Write the free motion of a contact's gap."""
     c = stage.free[i]
+    phases = tables.reads.shape[1]
+    length = tables.which[step % phases]
     for m in range(len(c)):
         total = 0.0
         for s in range(len(motion.bodies)):
-            total += tables.bodies_read[i, m, s] * motion.bodies[s]
+            total += tables.bodies_read[length, i, m, s] * motion.bodies[s]
         c[m] = total
     if motion.modes.shape[1] == 0:
         return
     wheels = len(tables.sets)
     if i >= wheels:
-        read_modes(tables.fixed_reads[i - wheels], tables.first, motion.modes[RE], motion.modes[IM], c)
+        read_modes(tables.fixed_reads[i - wheels, length], tables.first, motion.modes[RE], motion.modes[IM], c)
         return
-    phases = tables.reads.shape[1]
     rows = tables.reads[tables.sets[i], (tables.phase[i] + step) % phases]
     if i == 0:
         read_modes(rows, tables.first, motion.modes[RE], motion.modes[IM], c)
@@ -87,15 +98,16 @@ def step_bodies(through: FloatArray, write: FloatArray, moments: FloatArray, bod
 def write_step(step: int, tables: Tables, motion: Motion, stage: Stage, spare: FloatArray) -> None:
     """Move modes and bodies over the macro step."""
     contacts = len(motion.contacts)
-    step_bodies(tables.bodies_step, tables.bodies_write, stage.moments, motion.bodies, spare)
+    phases = tables.reads.shape[1]
+    length = tables.which[step % phases]
+    step_bodies(tables.bodies_step[length], tables.bodies_write[length], stage.moments, motion.bodies, spare)
     if motion.modes.shape[1] == 0:
         return
-    phases = tables.reads.shape[1]
     re, im = motion.modes[RE], motion.modes[IM]
-    turn(tables.decay, re, im)
+    turn(tables.decay[length], re, im)
     wheels = len(tables.sets)
     for i in range(wheels, contacts):
-        write_modes(tables.fixed_writes[i - wheels], tables.first, stage.moments[i], re, im)
+        write_modes(tables.fixed_writes[i - wheels, length], tables.first, stage.moments[i], re, im)
     for i in range(wheels):
         rows = tables.writes[tables.sets[i], (tables.phase[i] + step) % phases]
         if i == 0:
@@ -151,10 +163,11 @@ def _solve(step: int, i: int, p: int, begin: int, shared: bool, tables: Tables, 
             for k in range(q):
                 total -= data.macro.transform[m, k] * stage.felt[i, k]
         c[m] = total
-    stride = data.settings[layout.SPEED_NOW] * data.settings[layout.STEP_NOW]
+    speed, seconds = data.settings[layout.SPEED_NOW], stage.now[layout.STEP_LASTS]
     site = Site(
         c, tables.kernels[i, p], tables.residual[i, p], data.pieces, place, data.ends[i], data.laws[i], data.table,
-        data.starts[i] + step * stride, stride, 1.0 / data.settings[layout.LENGTH_UNIT], data.settings[layout.STEP_NOW],
+        data.starts[i] + speed * stage.now[layout.STEP_BEGINS], speed * seconds,
+        1.0 / data.settings[layout.LENGTH_UNIT], seconds,
     )  # fmt: skip
     place[layout.SMOOTH] = 0.0
     if may_be_smooth(site) and smooth(
@@ -194,6 +207,7 @@ def solve_contacts(step: int, p: int, tables: Tables, data: Data, motion: Motion
     """Solve all contacts over a macro step from their free motions in `stage.free`; return a status."""
     contacts = len(motion.contacts)
     shared = contacts > 1
+    alike = stage.now[layout.LAST_ONE_LASTED] == stage.now[layout.STEP_LASTS]
     copy(motion.contacts, stage.before)
     if shared:
         for i in range(contacts):
@@ -211,7 +225,7 @@ def solve_contacts(step: int, p: int, tables: Tables, data: Data, motion: Motion
             begin = FROM_GAP
             if sweep > 0 and motion.contacts[i, layout.SMOOTH] != 0.0:
                 begin = ONCE_MORE
-            elif sweep == 0 and stage.before[i, layout.SMOOTH] != 0.0:
+            elif sweep == 0 and alike and stage.before[i, layout.SMOOTH] != 0.0:
                 begin = CONTINUED
             status = _solve(step, i, p, begin, shared, tables, data, motion, stage, room)
             if status != contract.RUNNING:
@@ -239,8 +253,9 @@ def commit(step: int, i: int, data: Data, motion: Motion, stage: Stage, logs: Lo
     for row in range(counts[EVENTS_NOW]):
         copy(stage.events[i, row], logs.events[used[layout.LOGGED_EVENTS]])
         used[layout.LOGGED_EVENTS] += 1
-    motion.contacts[i, IMPACT_AT] -= 1.0
-    motion.contacts[i, LOSS_AT] -= 1.0
+    ratio = stage.now[layout.STEP_LASTS] / stage.now[layout.NEXT_ONE_LASTS]
+    motion.contacts[i, IMPACT_AT] = (motion.contacts[i, IMPACT_AT] - 1.0) * ratio
+    motion.contacts[i, LOSS_AT] = (motion.contacts[i, LOSS_AT] - 1.0) * ratio
 
 
 @uncounted_kernel
@@ -264,6 +279,7 @@ def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Moti
         if step % MODES_EVERY == 0:
             copy(motion.modes, logs.modes[step // MODES_EVERY - (first + MODES_EVERY - 1) // MODES_EVERY])
         copy(motion.bodies, logs.bodies[begun])
+        tell_time(step, tables, stage.now)
         for i in range(contacts):
             _read(step, i, tables, motion, stage)
         status = solve_contacts(step, p, tables, data, motion, stage, room)

@@ -1,13 +1,15 @@
 """Tables of a structure for macro steps at repeating places: computed once for a structure, a speed and a method.
 
-The macro steps divide a bay evenly, so that their places repeat. Contacts whose distance is a whole number of steps
-share their tables of modes. Units of length and force make the tables' numbers those of the kernels.
+Places repeat in every bay, and every wheel passes the seats, where the modes have kinks, at ends of macro steps. Steps
+that divide a bay evenly do that for contacts whose distances are whole numbers of steps; these share their tables of
+modes. Where there are others, what lies between two such passages is divided evenly. Units of length and force make the
+tables' numbers those of the kernels.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from math import ceil
 from threading import Lock
 from typing import Any, NamedTuple
@@ -30,23 +32,83 @@ class Units(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Macro steps: their length in s and m, places in a bay, and where each contact begins.
+    """Macro steps: when they end while a bay is passed, how long they are, and where each contact begins.
 
-    That is `whole` steps from a seat and `part` m more. At speed zero each contact has one place, and `whole` counts
-    bays. Tables have `rows` of the places, from the place `first` on.
+    Attributes
+    ----------
+    ends
+        From 0 to the time that the way from a seat to the next one takes, s, (its steps + 1,); without seats to the end
+        of one step.
+    lengths, which
+        Different lengths of steps, s, and which of them each of these steps has.
+    speed
+        m/s.
+    phases
+        Places in a bay of the ring, from each of which a step goes on.
+    whole, part
+        Each contact begins `whole` steps from a seat, and `part` m more. At speed zero it has one place, and
+        `whole` counts bays.
+    first, rows
+        Tables have `rows` of the places, from the place `first` on.
     """
 
-    seconds: float
-    stride: float
+    ends: FloatArray
+    lengths: FloatArray
+    which: IntArray
+    speed: float
     phases: int
     whole: IntArray
     part: FloatArray
     first: int
     rows: int
 
+    @property
+    def longest(self) -> float:
+        """Length of the longest macro step, s."""
+        return float(self.lengths.max())
+
+    @property
+    def same(self) -> float:
+        """Distance of places that count as one, m."""
+        return SAME_PHASE * self.speed * self.longest
+
+    @property
+    def lengths_of_rows(self) -> IntArray:
+        """Which of the lengths the step of each row of the tables has."""
+        return self.which[(self.first + np.arange(self.rows)) % len(self.which)]
+
+    def seconds(self, step: IntArray | FloatArray) -> FloatArray:
+        """Return the lengths of macro steps, s, in which parts count for nothing."""
+        return self.lengths[self.which[np.asarray(step, dtype=np.int64) % len(self.which)]]
+
+    def times(self, at: FloatArray | IntArray) -> FloatArray:
+        """Return times, s, from macro steps and their parts."""
+        step = np.floor(at).astype(np.int64)
+        passed, own = np.divmod(step, len(self.which))
+        return np.asarray(passed * self.ends[-1] + self.ends[own] + (at - step) * self.seconds(step))
+
+    def steps(self, times: FloatArray) -> FloatArray:
+        """Return macro steps and their parts from times, s."""
+        passed = np.floor(times / self.ends[-1])
+        since = times - passed * self.ends[-1]
+        own = np.clip(np.searchsorted(self.ends, since, side="right") - 1, 0, len(self.which) - 1)
+        return np.asarray(passed * len(self.which) + own + (since - self.ends[own]) / self.lengths[self.which[own]])
+
+    def steps_until(self, time: float) -> int:
+        """Return how many macro steps reach a time, s."""
+        return max(1, ceil(float(self.steps(np.array(time))) - 1e-9))
+
+    def alike(self) -> Iterator[tuple[float, Any]]:
+        """Return the different lengths of steps, s, and the rows of the tables whose steps have them."""
+        if len(self.lengths) == 1:
+            yield float(self.lengths[0]), slice(None)
+            return
+        for number, seconds in enumerate(self.lengths.tolist()):
+            yield seconds, np.flatnonzero(self.lengths_of_rows == number)
+
 
 SAME_PHASE = 1e-6
-"""Parts of a step; contacts no farther from a multiple of the step share tables."""
+"""Parts of a step; places no farther from each other are one."""
 MOST_PHASES = 12_000
 """Places in a bay; with 337 modes their tables take some 2 GB while they are made."""
 FEW_MODES = 32
@@ -68,30 +130,58 @@ def longest_step(ring: Ring | None, method: Method, bodies: Bodies | None = None
     return min(method.step, 1.001 * 0.5 * np.pi * (method.nodes - 6) / max(fastest, 1e-300))
 
 
-def grid_of(system: System, method: Method, duration: float = np.inf) -> Grid:
-    """Choose the macro steps; of a ring with seats of its own all around, rows for a duration, s, are enough."""
+def grid_of(system: System, method: Method, duration: float = np.inf, even: bool = False) -> Grid:
+    """Choose the macro steps; of a ring with seats of its own all around, rows for a duration, s, are enough.
+
+    `even`: all steps are equal, wherever wheels pass seats.
+    """
     places = np.array([contact.position for contact in system.wheels])
-    seconds = longest_step(system.ring, method, system.bodies)
+    seconds, speed = longest_step(system.ring, method, system.bodies), system.speed
+    one = np.array([0.0, seconds]), np.array([seconds]), np.zeros(1, np.int64), speed, 1
     if system.ring is None:
         none = np.zeros(len(places))
-        return Grid(seconds, system.speed * seconds, 1, none.astype(np.int64), none, 0, 1)
+        return Grid(*one, none.astype(np.int64), none, 0, 1)
     spacing, seats = system.ring.spacing, system.ring.seats
-    if system.speed == 0.0:
+    if speed == 0.0:
         bays = np.floor(places / spacing + SAME_PHASE)
-        return Grid(seconds, 0.0, 1, bays.astype(np.int64), np.maximum(places - bays * spacing, 0.0), 0, 1)
-    least = max(1, ceil(spacing / (seats * system.speed * seconds) - 1e-9))
+        return Grid(*one, bays.astype(np.int64), np.maximum(places - bays * spacing, 0.0), 0, 1)
+    bay = spacing / seats
+    least = max(1, ceil(bay / (speed * seconds) - 1e-9))
     if least > MOST_PHASES:
         slowest = spacing / (seats * MOST_PHASES * seconds)
         raise ValueError(f"tables of the track take too much memory below {slowest:.2g} m/s; a wheel may stand still")
     tried = [_placed(places, spacing, seats * n) for n in range(least, int(least * DEEPER_SEARCH) + 2)]
     kinds = [len(np.unique(np.round(part / SAME_PHASE))) + (np.abs(part).max() > SAME_PHASE) for _, part in tried]
     best = int(np.argmin(kinds))
-    phases = seats * (least + best)
     whole, part = tried[best]
-    stride = spacing / phases
-    passed = np.ptp(whole) + duration * system.speed / stride + 2.0
-    first, rows = (int(whole.min()), int(passed)) if seats > 1 and passed < phases else (0, phases)
-    return Grid(stride / system.speed, stride, phases, whole, part * stride, first, rows)
+    count = least + best
+    which, part = np.zeros(count, np.int64), part * (bay / count)
+    ends = np.arange(count + 1.0) * (bay / count)
+    if part.any() and not even:
+        ends, which = _between_passages(places, bay, speed * seconds)
+        count, passed = len(which), np.floor(places / bay + SAME_PHASE * speed * seconds / bay)
+        whole, part = count * passed.astype(np.int64), np.maximum(places - passed * bay, 0.0)
+    lengths = np.diff(ends)[np.unique(which, return_index=True)[1]]
+    grid = Grid(ends / speed, lengths / speed, which, speed, seats * count, whole, part, 0, seats * count)
+    needed = np.ptp(whole) + grid.steps(np.array(duration)) + 2.0 if np.isfinite(duration) else np.inf
+    if seats > 1 and needed < grid.phases:
+        grid = grid._replace(first=int(whole.min()), rows=int(needed))
+    return grid
+
+
+def _between_passages(places: FloatArray, bay: float, longest: float) -> tuple[FloatArray, IntArray]:
+    """Return ends of steps, m, over a bay of so many m, and which of their different lengths each step has.
+
+    Steps end where a contact passes a seat; what lies between is divided evenly. `longest` is that of a step, m.
+    """
+    passages, same = [0.0], SAME_PHASE * longest
+    for x in np.sort(-places % bay):
+        if passages[-1] + same < x < bay - same:
+            passages.append(float(x))
+    spans = np.diff([*passages, bay])
+    counts = np.ceil(spans / longest - 1e-9).astype(np.int64)
+    divided = [np.linspace(x, x + span, n, endpoint=False) for x, span, n in zip(passages, spans, counts, strict=True)]
+    return np.concatenate([*divided, [bay]]), np.repeat(np.arange(len(spans)), counts)
 
 
 def _placed(places: FloatArray, spacing: float, phases: int) -> tuple[IntArray, FloatArray]:
@@ -214,27 +304,29 @@ class RingTables(NamedTuple):
 
 def ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: Nodes) -> RingTables:
     """Return one set of tables."""
-    q = len(nodes.places)
-    along = part + grid.stride * (grid.first + np.arange(grid.rows)[:, None] + nodes.places)
+    q, rows = len(nodes.places), grid.first + np.arange(grid.rows)
+    times = grid.times(rows)[:, None] + np.multiply.outer(grid.seconds(rows), nodes.places)
+    along = part + grid.speed * times
     laps = np.floor(along / ring.spacing)
     over = laps > 0.0  # behind the last phase's end: turned below
     x = (along - laps * ring.spacing).ravel()
-    growth = np.exp(np.multiply.outer(nodes.places * grid.seconds, ring.rates[order]))
     shape = (grid.rows, q, len(order))
     shows = shapes_at(ring, ring.deflection[:, :, order], x).reshape(shape)
     takes = shapes_at(ring, ring.drive[:, :, order], x).reshape(shape)
     if ring.bays > 1 and over.any():
         shows[over] *= ring.turns[order]
         takes[over] *= ring.turns[order].conj()
-    shows *= ring.weights[order] * growth
-    takes *= grid.seconds / growth
+    for seconds, some in grid.alike():
+        growth = np.exp(np.multiply.outer(nodes.places * seconds, ring.rates[order]))
+        shows[some] *= ring.weights[order] * growth
+        takes[some] *= seconds / growth
     residual = compliance_at(ring, x).reshape(grid.rows, q)
     return RingTables(shows, takes, residual)
 
 
 def sets_of(ring: Ring, order: IntArray, grid: Grid, made_at: Callable[[float], RingTables]) -> list[RingTables]:
     """Return the tables of all sets; at speed zero those of each contact, as seen from the bay of the first one."""
-    if grid.stride > 0.0:
+    if grid.speed > 0.0:
         return [made_at(part) for part in parts_of(grid)[0]]
     made = []
     for bay, part in zip(grid.whole, grid.part, strict=True):
@@ -245,18 +337,17 @@ def sets_of(ring: Ring, order: IntArray, grid: Grid, made_at: Callable[[float], 
 
 
 def parts_of(grid: Grid) -> tuple[FloatArray, IntArray]:
-    """Return the different parts of a step at which contacts begin, m, and which of them each contact has."""
-    if grid.stride == 0.0:
+    """Return the different parts, m, at which contacts begin, and which of them each contact has."""
+    if grid.speed == 0.0:
         return grid.part, np.arange(len(grid.part))
-    same = SAME_PHASE * grid.stride
-    parts, sets = np.unique(np.round(grid.part / same) * same, return_inverse=True)
-    return parts, sets.astype(np.int64)
+    _, first, sets = np.unique(np.round(grid.part / grid.same), return_index=True, return_inverse=True)
+    return grid.part[first], sets.astype(np.int64)
 
 
 def phases_and_bays(grid: Grid) -> tuple[IntArray, IntArray]:
     """Return where in a bay each contact begins, in macro steps, and in which bay."""
     phase, bay = (grid.whole - grid.first) % grid.phases, grid.whole // grid.phases
-    return phase, np.full_like(bay, bay[0]) if grid.stride == 0.0 else bay
+    return phase, np.full_like(bay, bay[0]) if grid.speed == 0.0 else bay
 
 
 def _products(shows: ComplexArray, takes: ComplexArray) -> FloatArray:
@@ -306,7 +397,7 @@ class TrackTables(NamedTuple):
 
 
 class BodyTables(NamedTuple):
-    """What bodies are to the contacts: as in `Tables`, and their answers, (contact, other, q, q)."""
+    """What bodies are to the contacts: as in `Tables`, and their answers, (contact, other, lengths, q, q)."""
 
     read: FloatArray
     write: FloatArray
@@ -318,12 +409,15 @@ _kept: OrderedDict[tuple[Any, ...], tuple[Ring | None, TrackTables]] = OrderedDi
 _kept_lock = Lock()
 
 
-def track_tables(system: System, method: Method, units: Units, duration: float = np.inf) -> TrackTables:
+def track_tables(
+    system: System, method: Method, units: Units, duration: float = np.inf, even: bool = False
+) -> TrackTables:  # fmt: skip
     """Return the tables of a system's track for its speed and the places of its contacts, enough for a duration, s.
 
-    Those that were made last are kept: many marches go over one track at one speed.
+    `even`: all macro steps are equal, wherever wheels pass seats. Those that were made last are kept: many marches go
+    over one track at one speed.
     """
-    grid = grid_of(system, method, duration)
+    grid = grid_of(system, method, duration, even)
     content = (*grid, *(part for port in system.ports for part in port))
     key = id(system.ring), method, units, tuple(np.asarray(part).tobytes() for part in content)
     with _kept_lock:
@@ -357,7 +451,7 @@ def _made_tables(system: System, method: Method, units: Units, grid: Grid) -> Tr
     sets = parts_of(grid)[1]
     g = np.zeros((contacts, contacts, grid.rows, q, q))
     residual = np.zeros((contacts, grid.rows, q))
-    modal = _no_modes(q, grid.rows)
+    modal = _no_modes(q, grid)
     phase, bay = phases_and_bays(grid)
     if system.ring is not None:
         ring = system.ring
@@ -365,7 +459,7 @@ def _made_tables(system: System, method: Method, units: Units, grid: Grid) -> Tr
         made = sets_of(ring, order, grid, lambda part: ring_tables(ring, order, grid, part, nodes))
         fixed = [_fixed_tables(ring, order, grid, port, nodes) for port in system.ports]
         modal = modal_tables(ring, order, grid, made, fixed, nodes, method, units)
-        ring_kernels(ring, order, made, sets, phase, bay, fixed, g, residual)
+        ring_kernels(ring, order, grid, made, fixed, g, residual)
     scale = units.force / units.length
     g *= scale
     residual *= scale
@@ -390,17 +484,23 @@ def joined(track: TrackTables, bodies: BodyTables, method: Method, units: Units)
             reads=modal.reads * number(1.0 / length), writes=modal.writes * number(force),
             fixed_reads=modal.fixed_reads * number(1.0 / length), fixed_writes=modal.fixed_writes * number(force),
         )  # fmt: skip
-    g = track.answers * (force / length) + bodies.answers[:, :, None]
+    g = track.answers * (force / length) + bodies.answers[:, :, track.grid.lengths_of_rows]
     residual = track.residual * (force / length)
     own = np.arange(contacts)
     kernels = nodes.transform @ g[own, own] @ nodes.transform.T
     coupled = are_coupled(g, method)
-    return Tables(
+    made = Tables(
         modal.reads, modal.writes, modal.first, modal.decay, modal.turns,
         track.sets, track.phase, track.bay, bodies.read, bodies.write, bodies.step,
-        np.ascontiguousarray(kernels), np.ascontiguousarray(g[own, own] * nodes.integrals), g,
-        coupled, residual @ nodes.transform.T, residual, modal.fixed_reads, modal.fixed_writes,
+        kernels, g[own, own] * nodes.integrals, g, coupled, residual @ nodes.transform.T, residual,
+        modal.fixed_reads, modal.fixed_writes, track.grid.lengths_of_rows, track.grid.lengths, clock_of(track.grid),
     )  # fmt: skip
+    return Tables._make(np.ascontiguousarray(part) for part in made)  # kernels are compiled for each layout
+
+
+def clock_of(grid: Grid) -> FloatArray:
+    """Return when the steps of the tables' rows begin, counted from the first one, and when the last one ends, s."""
+    return np.asarray(grid.times(grid.first + np.arange(grid.rows + 1)) - grid.times(np.array(grid.first)))
 
 
 def are_coupled(answers: FloatArray, method: Method) -> IntArray:
@@ -412,14 +512,20 @@ def are_coupled(answers: FloatArray, method: Method) -> IntArray:
 def without_bodies(track: TrackTables, method: Method) -> Tables:
     """Return the tables of a track alone, in its own units."""
     contacts, _, _, q, _ = track.answers.shape
-    nothing = np.zeros((contacts, q, 1))
-    bodies = BodyTables(nothing, nothing, np.ones((1, 1)), np.zeros((contacts, contacts, q, q)))
+    nothing, count = np.zeros((contacts, q, 1)), len(track.grid.lengths)
+    bodies = BodyTables(
+        np.stack(count * [nothing]), np.stack(count * [nothing]), np.ones((count, 1, 1)),
+        np.zeros((contacts, contacts, count, q, q)),
+    )  # fmt: skip
     return joined(track, bodies, method, track.units)
 
 
-def _no_modes(q: int, phases: int) -> ModalTables:
-    empty, none = np.zeros((1, phases, q, 2, 0)), np.zeros((0, q, 2, 0))
-    return ModalTables(empty, empty.copy(), np.zeros(q, np.int64), np.zeros((2, 0)), np.zeros((1, 2, 0)), none, none)
+def _no_modes(q: int, grid: Grid) -> ModalTables:
+    lengths = len(grid.lengths)
+    empty, none = np.zeros((1, grid.rows, q, 2, 0)), np.zeros((0, lengths, q, 2, 0))
+    return ModalTables(
+        empty, empty.copy(), np.zeros(q, np.int64), np.zeros((lengths, 2, 0)), np.zeros((1, 2, 0)), none, none
+    )
 
 
 def modal_tables(
@@ -428,41 +534,43 @@ def modal_tables(
 ) -> ModalTables:  # fmt: skip
     """Return the Legendre coefficients of what modes show and take, in the units of the march."""
     number: Any = np.float32 if method.single and len(order) > FEW_MODES else np.float64
-    rates = ring.rates[order]
-    decay = np.exp(rates * grid.seconds)
-    first = slowest_modes(rates, grid.seconds, len(nodes.places), method.negligible)
-    q = len(nodes.places)
+    rates, q, lengths = ring.rates[order], len(nodes.places), len(grid.lengths)
+    decay = np.exp(np.multiply.outer(grid.lengths, rates))
+    first = slowest_modes(rates, grid.longest, q, method.negligible)
     reads, writes, fixed_reads, fixed_writes = (
-        np.empty((*count, q, 2, len(order)), number) for count in 2 * [(len(made), grid.rows)] + 2 * [(len(fixed), 1)]
+        np.empty((*count, q, 2, len(order)), number)
+        for count in 2 * [(len(made), grid.rows)] + 2 * [(len(fixed), lengths)]
     )
-    for tables, read, write in ((made, reads, writes), (fixed, fixed_reads, fixed_writes)):
+    decays = decay[grid.lengths_of_rows][:, None] if lengths > 1 else decay
+    of_wheels, of_ports = (made, decays, reads, writes), (fixed, decay[:, None], fixed_reads, fixed_writes)
+    for tables, decayed, read, write in (of_wheels, of_ports):
         for i, one in enumerate(tables):
             shown = real_times(nodes.transform / -units.length, one.shows)
             read[i, :, :, RE], read[i, :, :, IM] = shown.real, -shown.imag
-            taken = real_times(nodes.transform * units.force, one.takes * decay)
+            taken = real_times(nodes.transform * units.force, one.takes * decayed)
             write[i, :, :, RE], write[i, :, :, IM] = taken.real, taken.imag
     turns = np.exp(1j * np.multiply.outer(np.arange(ring.bays), np.angle(ring.turns[order])))
-    if grid.stride == 0.0:  # nobody enters another bay
+    if grid.speed == 0.0:  # nobody enters another bay
         turns = np.ones((1, len(order)), dtype=complex)
     return ModalTables(
-        reads, writes, first, np.stack([decay.real, decay.imag]), _split(turns, 1.0), fixed_reads[:, 0],
-        fixed_writes[:, 0],
+        reads, writes, first, _split(decay, 1.0), _split(turns, 1.0), fixed_reads, fixed_writes,
     )  # fmt: skip
 
 
 def _fixed_tables(ring: Ring, order: IntArray, grid: Grid, port: Port, nodes: Nodes) -> RingTables:
-    """Return the tables of a contact that stays where it is, as of one place."""
-    growth = np.exp(np.multiply.outer(nodes.places * grid.seconds, ring.rates[order]))
+    """Return the tables of a contact that stays where it is: of one place, for each length of a step."""
+    growth = np.exp(np.multiply.outer(np.multiply.outer(grid.lengths, nodes.places), ring.rates[order]))
     shows = ring.weights[order] * port.deflection[order] * growth
-    takes = port.drive[order] * grid.seconds / growth
-    return RingTables(shows[None], takes[None], np.full((1, len(nodes.places)), port.residual))
+    takes = port.drive[order] * grid.lengths[:, None, None] / growth
+    return RingTables(shows, takes, np.full(growth.shape[:2], port.residual))
 
 
 def ring_kernels(
-    ring: Ring, order: IntArray, made: list[RingTables], sets: IntArray, phase: IntArray, bay: IntArray,
-    fixed: list[RingTables], g: FloatArray, residual: FloatArray,
+    ring: Ring, order: IntArray, grid: Grid, made: list[RingTables], fixed: list[RingTables], g: FloatArray,
+    residual: FloatArray,
 ) -> None:  # fmt: skip
     """Write what forces at the nodes of each contact do at those of each other, for all places of the first one."""
+    sets, (phase, bay) = parts_of(grid)[1], phases_and_bays(grid)
     phases = g.shape[2]
     own = [_products(one.shows, one.takes) for one in made]
     steps = np.arange(phases)
@@ -476,32 +584,40 @@ def ring_kernels(
                 ahead = (bays[i] - bays[j])[:, None, None]
                 turn = np.exp(1j * ahead * np.angle(ring.turns[order]))
                 g[i, j] += _products(made[sets[i]].shows[at[i]] * turn, made[sets[j]].takes[at[j]])
-        for k, port in enumerate(fixed, len(sets)):
-            g[i, k] += _products(made[sets[i]].shows[at[i]], port.takes)
-            g[k, i] += _products(port.shows, made[sets[i]].takes[at[i]])
-    for k, port in enumerate(fixed, len(sets)):
-        residual[k] = port.residual
-        for m, other in enumerate(fixed, len(sets)):
-            g[k, m] += _products(port.shows, other.takes)
+    for number, (_, some) in enumerate(grid.alike()):
+        ports = [
+            RingTables(port.shows[[number]], port.takes[[number]], port.residual[[number]]) for port in fixed
+        ]  # fmt: skip
+        for k, port in enumerate(ports, len(sets)):
+            for i in range(len(sets)):
+                moving = made[sets[i]]
+                g[i, k, some] += _products(moving.shows[at[i][some]], port.takes)
+                g[k, i, some] += _products(port.shows, moving.takes[at[i][some]])
+            residual[k, some] = port.residual
+            for m, other in enumerate(ports, len(sets)):
+                g[k, m, some] += _products(port.shows, other.takes)
 
 
 def _body_answers(states: States, grid: Grid, nodes: Nodes) -> FloatArray:
-    """Return what bodies answer to forces at the nodes, (contact, other, q, q)."""
-    q = len(nodes.places)
+    """Return what bodies answer to forces at the nodes, (contact, other, lengths, q, q)."""
+    q, out = len(nodes.places), []
     later = np.subtract.outer(nodes.places, nodes.places).ravel()
-    answers = states.S @ exponentials(states.A * grid.seconds, later) @ states.B
-    return np.asarray(grid.seconds * np.moveaxis(answers.reshape(q, q, *answers.shape[1:]), (0, 1), (2, 3)))
+    for seconds in grid.lengths:
+        answers = states.S @ exponentials(states.A * seconds, later) @ states.B
+        out.append(seconds * np.moveaxis(answers.reshape(q, q, *answers.shape[1:]), (0, 1), (2, 3)))
+    return np.stack(out, axis=2)
 
 
 def _body_tables(states: States, grid: Grid, nodes: Nodes, units: Units) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return what bodies show to contacts, what forces do to them, and one step of theirs."""
-    seconds = grid.seconds
-    over = states.A * seconds
-    shown = states.S @ exponentials(over, nodes.places)
-    taken = exponentials(over, 1.0 - nodes.places) @ states.B
-    read = np.tensordot(nodes.transform, shown, (1, 0)) / units.length  # (q, contacts, states)
-    write = np.tensordot(nodes.transform, taken, (1, 0)) * (-seconds * units.force)  # (q, states, contacts)
-    return (
-        np.ascontiguousarray(read.transpose(1, 0, 2)), np.ascontiguousarray(write.transpose(2, 0, 1)),
-        exponentials(over, np.ones(1))[0],
-    )  # fmt: skip
+    """Return what bodies show to contacts, what forces do to them, and one step of theirs, for each of the lengths."""
+    reads, writes, steps = [], [], []
+    for seconds in grid.lengths:
+        over = states.A * seconds
+        shown = states.S @ exponentials(over, nodes.places)
+        taken = exponentials(over, 1.0 - nodes.places) @ states.B
+        read = np.tensordot(nodes.transform, shown, (1, 0)) / units.length  # (q, contacts, states)
+        write = np.tensordot(nodes.transform, taken, (1, 0)) * (-seconds * units.force)  # (q, states, contacts)
+        reads.append(read.transpose(1, 0, 2))
+        writes.append(write.transpose(2, 0, 1))
+        steps.append(exponentials(over, np.ones(1))[0])
+    return np.stack(reads), np.stack(writes), np.stack(steps)

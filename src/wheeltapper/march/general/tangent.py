@@ -63,7 +63,7 @@ class Turns(NamedTuple):
     bodies_read, bodies_write, bodies_step, kernels, matrices, cross
         Of these tables, behind the direction's axis.
     rates
-        λ·H of the modes, (2, modes).
+        λ·H of the modes for each length H of a step, (lengths, 2, modes).
     later, remaining
         From Legendre coefficients to those of the polynomial times θ at the nodes, and from moments of a force to those
         of the force times 1 - θ, (q, q) both. A macro step that lasts longer changes what is read of the modes by
@@ -432,12 +432,12 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
     p = step % tables.matrices.shape[1]
     directions = len(turns.bent)
     place = motion.contacts[i]
-    stride = data.settings[layout.SPEED_NOW] * data.settings[layout.STEP_NOW]
+    speed, phases, seconds = data.settings[layout.SPEED_NOW], len(tables.which), tables.seconds[tables.which[p]]
     law = data.laws[i]
     site = Site(
         logs.gaps[step, i], tables.kernels[i, p], tables.residual[i, p], data.pieces, place, data.ends[i], law,
-        data.table, data.starts[i] + step * stride, stride, 1.0 / data.settings[layout.LENGTH_UNIT],
-        data.settings[layout.STEP_NOW],
+        data.table, data.starts[i] + speed * ((step // phases) * tables.clock[phases] + tables.clock[p]),
+        speed * seconds, 1.0 / data.settings[layout.LENGTH_UNIT], seconds,
     )  # fmt: skip
     shifts = state.shifts[i]
     rated = law[LAW_RATED] != 0.0
@@ -750,7 +750,7 @@ def _press(k: int, i: int, q: int, rated: bool, data: Data, logs: Logs, posed: P
 def _carry(i: int, p: int, tables: Tables, turns: Turns, data: Data, logs: Logs, state: Turned, posed: Posed, carried: Carried, told: Told, room: Room) -> None:  # fmt: skip  # noqa: E501
     """Solve the parts of a contact along all directions, from their change of c; write moments, forces and events."""
     q, directions = len(data.macro.places), len(turns.bent)
-    seconds = data.settings[layout.STEP_NOW]
+    seconds = tables.seconds[tables.which[p]]
     rated = data.laws[i, LAW_RATED] != 0.0
     m, f, began = carried.moments[i], carried.gap, carried.began[i]
     for j in range(q):
@@ -924,18 +924,19 @@ def _feel(i: int, p: int, tables: Tables, turns: Turns, data: Data, carried: Car
 def _read_turned(step: int, i: int, tables: Tables, turns: Turns, motion: Motion, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
     """Write the change of a contact's free motion, along all directions."""
     directions, q, free = len(turns.bent), carried.free.shape[1], carried.free[i]
+    length = tables.which[step % len(tables.which)]
     for m in range(q):
         for lane in range(LANES):
             free[m, lane] = 0.0
         for s in range(len(motion.bodies)):
-            shown = tables.bodies_read[i, m, s]
+            shown = tables.bodies_read[length, i, m, s]
             for lane in range(LANES):
                 free[m, lane] += shown * state.bodies[s, lane]
     for direction in range(directions):
         if turns.structured[direction] != 0:
             for m in range(q):
                 for s in range(len(motion.bodies)):
-                    free[m, direction] += turns.bodies_read[direction, i, m, s] * motion.bodies[s]
+                    free[m, direction] += turns.bodies_read[direction, length, i, m, s] * motion.bodies[s]
     if state.modes.shape[2] == 0:
         return
     rows = tables.reads[tables.sets[i], (tables.phase[i] + step) % tables.reads.shape[1]]
@@ -956,31 +957,34 @@ def _read_turned(step: int, i: int, tables: Tables, turns: Turns, motion: Motion
 
 
 @inlined_uncounted_kernel
-def _write_bodies(tables: Tables, turns: Turns, motion: Motion, moments: FloatArray, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
-    """Move the change of the bodies over a macro step; `moments` are those of the forces, `motion` before it."""
+def _write_bodies(length: int, tables: Tables, turns: Turns, motion: Motion, moments: FloatArray, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
+    """Move the change of the bodies over a macro step; `moments` are those of the forces, `motion` before it.
+
+    `length` tells which length the macro step has.
+    """
     contacts, states, q = len(moments), len(motion.bodies), moments.shape[1]
     spare = carried.bodies
     for s in range(states):
         for lane in range(LANES):
             spare[s, lane] = 0.0
         for j in range(states):
-            share = tables.bodies_step[s, j]
+            share = tables.bodies_step[length, s, j]
             for lane in range(LANES):
                 spare[s, lane] += share * state.bodies[j, lane]
     for i in range(contacts):
         for m in range(q):
             for s in range(states):
-                share = tables.bodies_write[i, m, s]
+                share = tables.bodies_write[length, i, m, s]
                 for lane in range(LANES):
                     spare[s, lane] += share * carried.moments[i, m, lane]
     for direction in range(len(turns.bent)):
         if turns.structured[direction] != 0:
             for s in range(states):
                 for j in range(states):
-                    spare[s, direction] += turns.bodies_step[direction, s, j] * motion.bodies[j]
+                    spare[s, direction] += turns.bodies_step[direction, length, s, j] * motion.bodies[j]
                 for i in range(contacts):
                     for m in range(q):
-                        spare[s, direction] += moments[i, m] * turns.bodies_write[direction, i, m, s]
+                        spare[s, direction] += moments[i, m] * turns.bodies_write[direction, length, i, m, s]
     for s in range(states):
         for lane in range(LANES):
             state.bodies[s, lane] = spare[s, lane]
@@ -991,9 +995,9 @@ def _write_turned(step: int, marched: bool, tables: Tables, turns: Turns, moment
     """Move the change of modes over a macro step, along all directions; `marched`: the modes themselves, too."""
     phases, q, directions = tables.reads.shape[1], moments.shape[1], len(turns.bent)
     modes, written = state.modes, carried.written
-    moving = directions + 1 if marched else directions
+    moving, length = directions + 1 if marched else directions, tables.which[step % len(tables.which)]
     for column in range(moving):
-        modal.turn(tables.decay, modes[column, RE], modes[column, IM])
+        modal.turn(tables.decay[length], modes[column, RE], modes[column, IM])
     if marched:
         copy(modes[directions], modes[directions + 1])
     for i in range(len(moments)):
@@ -1016,7 +1020,7 @@ def _write_turned(step: int, marched: bool, tables: Tables, turns: Turns, moment
             modal.write_lanes(carried.rows, tables.first, written, modes)
     if marched:
         re, im = modes[directions + 1, RE], modes[directions + 1, IM]
-        modal.turn(turns.rates, re, im)
+        modal.turn(turns.rates[length], re, im)
         for direction in range(directions):
             slower = turns.seconds[direction]
             if slower != 0.0:
@@ -1060,7 +1064,9 @@ def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion:
         copy(logs.bodies[step], motion.bodies)
         if marched:
             plain, scratch = state.modes[directions], state.modes[directions + 1]
-            modal.turned(turns.rates, plain[RE], plain[IM], scratch[RE], scratch[IM])
+            modal.turned(
+                turns.rates[tables.which[p % len(tables.which)]], plain[RE], plain[IM], scratch[RE], scratch[IM]
+            )
         for i in range(contacts):
             first_row, first_event = row, event
             while row < len(logs.rows) and logs.rows[row, layout.ROW_STEP] == step and logs.rows[row, layout.ROW_CONTACT] == i:  # fmt: skip  # noqa: E501
@@ -1101,7 +1107,7 @@ def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion:
         copy(carried.began, state.began)
         for i in range(contacts):
             _tell(i, directions, logs, posed, told)
-        _write_bodies(tables, turns, motion, logs.moments[step], state, carried)
+        _write_bodies(tables.which[p % len(tables.which)], tables, turns, motion, logs.moments[step], state, carried)
         if state.modes.shape[2] > 0:
             _write_turned(step, marched, tables, turns, logs.moments[step], state, carried)
     return True

@@ -120,8 +120,9 @@ class _TurnedBodies(NamedTuple):
     S: FloatArray
 
 
-def _turned_bodies(prepared: general.Prepared, turn: SystemTurn, slower: float) -> _TurnedBodies:
-    bodies, seconds = prepared.system.bodies, prepared.grid.seconds
+def _turned_bodies(prepared: general.Prepared, turn: SystemTurn, slower: float, seconds: float) -> _TurnedBodies:
+    """Return them over macro steps of one length, s."""
+    bodies = prepared.system.bodies
     states, heavy = tables.states_of(bodies), tables.heavy_of(bodies)
     E = tables.equations_of(bodies, heavy).E
     by = tables.equations_of(turn.bodies, heavy, 0.0)
@@ -146,13 +147,12 @@ def _turned_answers(prepared: general.Prepared, slower: float) -> FloatArray:
     assert ring is not None
     order = general.order_of(ring)
     made = tables.sets_of(ring, order, grid, lambda part: tables.ring_tables(ring, order, grid, part, nodes))
-    places = tables.parts_of(grid)[1], *tables.phases_and_bays(grid)
     straight, faster = np.zeros((2, contacts, contacts, grid.rows, q, q))
     ignored = np.zeros((contacts, grid.rows, q))
-    tables.ring_kernels(ring, order, made, *places, [], straight, ignored)
-    rates = grid.seconds * ring.rates[order]
+    tables.ring_kernels(ring, order, grid, made, [], straight, ignored)
+    rates = np.multiply.outer(grid.lengths[grid.lengths_of_rows], ring.rates[order])[:, None]
     made = [one._replace(takes=one.takes * rates) for one in made]
-    tables.ring_kernels(ring, order, made, *places, [], faster, ignored)
+    tables.ring_kernels(ring, order, grid, made, [], faster, ignored)
     return np.asarray(slower * (straight + np.subtract.outer(nodes.places, nodes.places) * faster))
 
 
@@ -160,36 +160,53 @@ def turned_tables(prepared: general.Prepared, turn: SystemTurn, offsets: FloatAr
     """Return the derivatives of the tables; `offsets` are those of the start's, m."""
     system, method, units, grid = prepared.system, prepared.method, prepared.units, prepared.grid
     nodes, q, contacts = gauss_nodes(method.nodes), method.nodes, len(system.contacts)
-    slower, scale, size = slowed(prepared, turn), units.force / units.length, len(prepared.tables.bodies_step)
-    bodies = _turned_bodies(prepared, turn, slower)
-    g = np.zeros((contacts, contacts, 1, q, q))
+    slower, scale = slowed(prepared, turn), units.force / units.length
+    g = np.zeros((contacts, contacts, grid.rows if len(grid.lengths) > 1 else 1, q, q))
     if system.ring is not None and turn.speed:
         g = _turned_answers(prepared, slower)
-    later = np.subtract.outer(nodes.places, nodes.places).ravel()
-    answers = bodies.S @ tables.exponentials(bodies.over, later) @ bodies.B
-    straight = _answers_of(prepared, later)
-    answers = grid.seconds * (answers + slower * straight)
-    g += np.moveaxis(answers.reshape(q, q, contacts, contacts), (0, 1), (2, 3))[:, :, None]
+    reads, writes, steps = [], [], []
+    for seconds, some in grid.alike():
+        bodies = _turned_bodies(prepared, turn, slower, seconds)
+        read, write, step, answers = _turned_body_tables(prepared, bodies, slower, seconds)
+        g[:, :, some] += answers[:, :, None]
+        read[:, 0, -1] += offsets / units.length
+        reads.append(read)
+        writes.append(write)
+        steps.append(step)
     g *= scale
     own = np.arange(contacts)
+    out = TurnedTables(
+        np.stack(reads), np.stack(writes), np.stack(steps), nodes.transform @ g[own, own] @ nodes.transform.T,
+        g[own, own] * nodes.integrals, g,
+    )  # fmt: skip
+    return TurnedTables._make(np.ascontiguousarray(part) for part in out)
+
+
+def _turned_body_tables(
+    prepared: general.Prepared, bodies: _TurnedBodies, slower: float, seconds: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the derivatives of what bodies show, take, do in one step and answer, over steps of one length, s."""
+    units, q, size = prepared.units, prepared.method.nodes, bodies.S.shape[1] // 2
+    nodes, contacts = gauss_nodes(q), len(bodies.S)
+    later = np.subtract.outer(nodes.places, nodes.places).ravel()
+    answers = bodies.S @ tables.exponentials(bodies.over, later) @ bodies.B
+    answers = seconds * (answers + slower * _answers_of(prepared, later, seconds))
     shown = (bodies.S @ tables.exponentials(bodies.over, nodes.places))[:, :, :size]
     later_still = tables.exponentials(bodies.over, 1.0 - nodes.places) @ bodies.B
     taken = later_still[:, size:] + slower * later_still[:, :size]
     read = (np.tensordot(nodes.transform, shown, (1, 0)) / units.length).transpose(1, 0, 2)
-    write = np.tensordot(nodes.transform, taken, (1, 0)) * (-grid.seconds * units.force)
-    read = np.ascontiguousarray(read)
-    read[:, 0, -1] += offsets / units.length
-    return TurnedTables(
-        read, np.ascontiguousarray(write.transpose(2, 0, 1)),
+    write = np.tensordot(nodes.transform, taken, (1, 0)) * (-seconds * units.force)
+    return (
+        np.ascontiguousarray(read), np.ascontiguousarray(write.transpose(2, 0, 1)),
         tables.exponentials(bodies.over, np.ones(1))[0, size:, :size],
-        np.ascontiguousarray(nodes.transform @ g[own, own] @ nodes.transform.T), g[own, own] * nodes.integrals, g,
+        np.moveaxis(answers.reshape(q, q, contacts, contacts), (0, 1), (2, 3)),
     )  # fmt: skip
 
 
-def _answers_of(prepared: general.Prepared, later: FloatArray) -> FloatArray:
-    """Return what bodies answer after some times, in macro steps."""
+def _answers_of(prepared: general.Prepared, later: FloatArray, seconds: float) -> FloatArray:
+    """Return what bodies answer after some times, in macro steps of one length, s."""
     states = tables.states_of(prepared.system.bodies)
-    return np.asarray(states.S @ tables.exponentials(states.A * prepared.grid.seconds, later) @ states.B)
+    return np.asarray(states.S @ tables.exponentials(states.A * seconds, later) @ states.B)
 
 
 # -- the start --------------------------------------------------------------------------------------------------------

@@ -98,17 +98,17 @@ def tables_of(track: Track, duration: float) -> RailTables:
     held = [without_bodies(one, track.method) for one in made]
     cross = [compliance * (transform @ one.cross @ transform.T) for one in held]  # (wheel, other, places, m, l)
     residual = compliance * np.mean([one.residual for one in held], axis=0)
-    ways = tuple(WayTables(one.reads, one.writes, one.first, one.decay, one.turns) for one in held)
+    ways = tuple(WayTables(one.reads, one.writes, one.first, one.decay[0], one.turns) for one in held)
     return RailTables(
-        made[TOGETHER].grid.seconds, ways, held[TOGETHER].sets, held[TOGETHER].phase, held[TOGETHER].bay,
+        made[TOGETHER].grid.longest, ways, held[TOGETHER].sets, held[TOGETHER].phase, held[TOGETHER].bay,
         _in_fours(residual.transpose(1, 0, 2), 1),
         np.hstack([_in_fours(one.transpose(2, 1, 4, 0, 3), 3, 1) for one in cross]),
     )  # fmt: skip
 
 
 def tables_for(track: Track, way: int, duration: float) -> TrackTables:
-    """Return what the general march makes of one way of a track to move, for a duration, s."""
-    return track_tables(system_of(track, way), track.method, track.units, duration)
+    """Return what the general march makes of one way of a track to move, for a duration, s; all its steps are equal."""
+    return track_tables(system_of(track, way), track.method, track.units, duration, even=True)
 
 
 def fours_of(wheelsets: int) -> int:

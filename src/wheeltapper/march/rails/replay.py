@@ -61,7 +61,7 @@ class RailsReplay:
         self._task, self._march, track = task, march, task.track
         self._wheelsets = len(track.places)
         made = [tables_for(track, way, float(march.end)) for way in range(len(track.rings))]
-        self._seconds, self._force = made[0].grid.seconds, track.units.force
+        self._seconds, self._force = made[0].grid.longest, track.units.force
         moments, self._runs = self._moments_of_macro_steps(), []
         for way, (ring, amplitudes) in enumerate(zip(track.rings, task.modes, strict=True)):
             held = amplitudes[np.argsort(np.abs(ring.rates), kind="stable")]
