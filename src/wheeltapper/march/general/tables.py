@@ -109,6 +109,9 @@ class Grid(NamedTuple):
 
 SAME_PHASE = 1e-6
 """Parts of a step; places no farther from each other are one."""
+NEAR_PASSAGES = 1e-3
+"""Parts of a step; passages of seats no farther from each other are at one end of a step. What is smoothed of a kink is
+then smaller than other errors, and in much shorter steps rates of indentations, which some laws take, are rounding."""
 MOST_PHASES = 12_000
 """Places in a bay; with 337 modes their tables take some 2 GB while they are made."""
 FEW_MODES = 32
@@ -174,9 +177,9 @@ def _between_passages(places: FloatArray, bay: float, longest: float) -> tuple[F
 
     Steps end where a contact passes a seat; what lies between is divided evenly. `longest` is that of a step, m.
     """
-    passages, same = [0.0], SAME_PHASE * longest
+    passages, near = [0.0], NEAR_PASSAGES * longest
     for x in np.sort(-places % bay):
-        if passages[-1] + same < x < bay - same:
+        if passages[-1] + near < x < bay - near:
             passages.append(float(x))
     spans = np.diff([*passages, bay])
     counts = np.ceil(spans / longest - 1e-9).astype(np.int64)
