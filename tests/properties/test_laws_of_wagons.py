@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import wheeltapper as wt
 from tests.properties.test_wagon_on_rails import FULL, NARROW, SLAB, WAVE
 from tests.properties.test_wagon_on_rails import coach as on_rails
+from wheeltapper.march import assembly as asm
 
 STEP = wt.Step(height=1e-4, position=0.02)
 DAMPED, STRAIGHT = wt.Hertz(constant_per_wheel=7.025e10, hysteresis=2.0), wt.Linear(stiffness=1.9e9)
@@ -65,6 +67,19 @@ def test_a_saved_record_answers_as_before(tmp_path):
         for name, values in record.at(times).data_vars.items():
             np.testing.assert_array_equal(values, again.at(times)[name])
         assert float(again.energy.relative_imbalance) == float(record.energy.relative_imbalance)
+
+
+def test_a_file_with_another_law_than_its_scenario_is_refused(tmp_path):
+    record = wt.simulate(coach({"right": STEP}, 0.005))
+    record.save(tmp_path / "wagon.nc")
+    with xr.open_dataset(tmp_path / "wagon.nc", engine="h5netcdf") as opened:
+        data = opened.load()
+    for place, value in ((asm.CONTACT_LAW, asm.STRAIGHT), (asm.MATERIAL_LOSS, -2.0)):
+        other = data.copy(deep=True)
+        other.assembly.values[place] = value
+        other.to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+        with pytest.raises(wt.InputError, match=f"assembly, numbers: found {value:g}"):
+            wt.load(tmp_path / "other.nc")
 
 
 def test_a_map_over_the_damping_is_made_of_runs():

@@ -62,14 +62,18 @@ def lower_wagon_on_rails(scenario: Scenario, method: str = "default") -> Lowered
     return replace(lowered, assembly=assembly, below=below, notes=(*lowered.notes, *said))
 
 
+def late_rates(assembly: Assembly) -> int:
+    """Return how many rates of indentations follow late, and are states, on rails that give way."""
+    return LANES * len(assembly.kinds) if assembly.numbers[asm.CONTACT_LAW] == asm.LOSSY else 0
+
+
 def _with_moments(lowered: LoweredWagon, track: Track, tolerance: float) -> Assembly:
     """Return the assembly with the moments of the forces of a macro step as further states, after all others.
 
     Where these depend on the indentations' rates, such rates follow.
     """
     A, nodes, fours = lowered.assembly, track.method.nodes, fours_of(len(track.places))
-    late = LANES * len(A.kinds) if A.numbers[asm.CONTACT_LAW] == asm.LOSSY else 0
-    more, states = np.zeros(2 * fours * nodes * HALF + late), len(A.start)
+    more, states = np.zeros(2 * fours * nodes * HALF + late_rates(A)), len(A.start)
     rails = rails_array(nodes, fours, states, track.rolls)
     numbers = A.numbers.copy()
     numbers[asm.STEP_TOLERANCE] = tolerance
