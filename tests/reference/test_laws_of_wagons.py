@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import wheeltapper as wt
+from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, half_coach
 
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 LEVEL = wt.profiles.Cones()
@@ -153,3 +154,38 @@ def test_a_wheelset_thrown_aside_is_that_of_another_program(contact, force, hold
     np.testing.assert_array_equal([closes for _, _, closes in found], record.events.kind.values == "impact")
     np.testing.assert_array_equal([wheel for _, wheel, _ in found], record.events.side.values == "right")
     np.testing.assert_allclose([t for t, _, _ in found], record.events.time, rtol=0, atol=1e-10)
+
+
+# -- on rails ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("contact", "allowed"),
+    [
+        (wt.Linear(stiffness=2.4e9), {"default": (3e-9, 1e-5), "strict": (1e-11, 1e-5)}),
+        # behind a kink of the path the general march lets the force jump where the lag of the damping is short
+        (
+            wt.Hertz(constant_per_wheel=8e10, curvature=False, hysteresis=1.67),
+            {"default": (3e-8, 1e-3), "strict": (1e-8, 3e-4)},
+        ),
+    ],
+)
+@pytest.mark.parametrize("method", ["default", "strict"])
+def test_half_a_coach_is_a_bogie_on_rails(contact, allowed, method):
+    common = {
+        "contact": contact, "speed": 20.0, "duration": 0.03, "rolling": "point", "track": TRACK,
+        "irregularity": wt.Corrugation(amplitude=2e-4, wavelength=0.1, start=0.05),
+    }  # fmt: skip
+    coach = wt.simulate(wt.Scenario(vehicle=half_coach(), profiles=LEVEL, **common), method)
+    load = float(coach.static_forces[0].sum())
+    bogie = wt.simulate(wt.Scenario(vehicle=wt.vehicles.Bogie(wheel_load=load, **NUMBERS), **common), method)
+    events, forces = allowed[method]
+    times = np.linspace(0.0, 0.03, 601)
+    force = bogie.at(times).normal_force.values
+    for side in ("left", "right"):
+        own = coach.events.time[coach.events.side == side]
+        assert len(own) == len(bogie.events.time) >= 8
+        np.testing.assert_allclose(own, bogie.events.time, rtol=0, atol=events)
+        away = np.abs(2.0 * coach.at(times).normal_force.sel(side=side) - force) / load
+        assert np.quantile(away, 0.99) < forces
+    assert float(coach.energy.relative_imbalance) < 1e-8
