@@ -131,20 +131,10 @@ def test_a_dropped_wagon_is_a_dropped_wheelset():
 
 
 def test_a_start_that_a_link_forbids_is_refused():
-    axle = {"mass": 1e4, "inertia": (1120.0, 112.0, 1120.0)}
-    tied = wt.Wagon(
-        bodies=(), axles=tuple(wt.vehicles.Axle(position=x, **axle) for x in (0.0, -3.0)),
-        elements=(
-            wt.vehicles.Link(name="bar", between=("wheelset 1", "wheelset 2"), at=(-1.5, 0.0, 0.46), along=("z",)),
-        ),
-    )  # fmt: skip
+    link = wt.vehicles.Link(name="bar", between=("bogie 1", "wheelset 1"), at=(0.0, 1.0, 0.46), along=("z",))
+    tied = coach((), vehicle=wt.Wagon.erri_b176(1500.0).with_element(link), start={"displacement": 1e-4})
     with pytest.raises(wt.InputError, match="start: found a start of wheelset 1"):
-        wt.simulate(
-            wt.Scenario(
-                vehicle=tied, profiles=wt.profiles.Cones(), speed=0.0, duration=0.01, contact=DAMPED,
-                start={"displacement": 1e-4},
-            )
-        )  # fmt: skip
+        wt.simulate(tied)
 
 
 # -- on rails ---------------------------------------------------------------------------------------------------------
@@ -153,7 +143,7 @@ def test_a_start_that_a_link_forbids_is_refused():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"contact": STRAIGHT, "track": SLAB, "irregularity": {"left": WAVE}},
+        {"contact": STRAIGHT, "track": SLAB, "irregularity": {"left": WAVE}, "speed": 45.0},
         {"creep": FULL, "contact": wt.Hertz(hysteresis=2.0), "irregularity": {"right": WAVE}},
         {"contact": wt.Hertz(hysteresis=1.0), "profiles": NARROW, "irregularity": {"left": WAVE}},  # with flanges
     ],
