@@ -144,8 +144,14 @@ def test_a_start_that_a_link_forbids_is_refused():
     "changes",
     [
         {"contact": STRAIGHT, "track": SLAB, "irregularity": {"left": WAVE}, "speed": 45.0},
-        {"creep": FULL, "contact": wt.Hertz(hysteresis=2.0), "irregularity": {"right": WAVE}},
-        {"contact": wt.Hertz(hysteresis=1.0), "profiles": NARROW, "irregularity": {"left": WAVE}},  # with flanges
+        pytest.param(
+            {"creep": FULL, "contact": wt.Hertz(hysteresis=2.0), "irregularity": {"right": WAVE}},
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(  # with flanges
+            {"contact": wt.Hertz(hysteresis=1.0), "profiles": NARROW, "irregularity": {"left": WAVE}},
+            marks=pytest.mark.slow,
+        ),
     ],
 )  # fmt: skip
 def test_energy_closes_on_rails(changes):
