@@ -152,7 +152,7 @@ class Scenario(Noun):
 
     def _check_wagon(self, wagon: Wagon) -> None:
         check_places(self.irregularity, len(wagon.axles))
-        if self.contact.constant is not None:
+        if getattr(self.contact, "constant", None) is not None:
             raise InputError(
                 "", "contact.constant", f"{self.contact.constant:g}, of a wheelset, on a Wagon",
                 "constant_per_wheel, or none to take it from the profiles",

@@ -9,7 +9,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.contact.base import Contact
+from wheeltapper.describe.contact.elastic import ElasticContact
 from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.profile.files import rail_profile, wheel_profile
 from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Cones, WheelRail
 from wheeltapper.describe.table.content import digest
@@ -25,6 +28,11 @@ WIDTH = 11e-3
 NODES = 441
 """Number of lateral shifts at which the contact geometry is computed."""
 Surface = Literal["tread", "flange"]
+
+
+def elastic_of(contact: Contact) -> ElasticContact:
+    """Return the contact from whose elasticity a patch follows; that of a linear one is steel on the usual rail."""
+    return contact if isinstance(contact, ElasticContact) else Hertz()
 
 
 def geometry_of(profiles: WheelRail | Cones, radius: float, crown: float, surface: Surface = "tread") -> Geometry:
@@ -74,7 +82,9 @@ def flange_from(profiles: WheelRail, radius: float) -> float:
     return float(tread.shift[near[0]]) if len(near) else WIDTH
 
 
-def patch_tables(profiles: WheelRail | Cones, contact: Hertz, radius: float, surface: Surface = "tread") -> FloatArray:
+def patch_tables(
+    profiles: WheelRail | Cones, contact: Contact, radius: float, surface: Surface = "tread"
+) -> FloatArray:
     """Return the tables of `march.assembly` at their nodes, (TABLES, nodes).
 
     On a flange, which is steep, indentations and forces are components along z. The ellipse and the force of Hertz
@@ -85,10 +95,11 @@ def patch_tables(profiles: WheelRail | Cones, contact: Hertz, radius: float, sur
 
 @lru_cache(maxsize=16)
 def _patch_tables(
-    profiles: WheelRail | Cones, contents: tuple[str, ...], contact: Hertz, radius: float, surface: Surface
+    profiles: WheelRail | Cones, contents: tuple[str, ...], contact: Contact, radius: float, surface: Surface
 ) -> FloatArray:
-    geometry = _cached_geometry(profiles, contents, radius, contact.rail_radius, surface)
-    young, poisson = contact.youngs_modulus, contact.poisson
+    elastic = elastic_of(contact)
+    geometry = _cached_geometry(profiles, contents, radius, elastic.rail_radius, surface)
+    young, poisson = elastic.youngs_modulus, elastic.poisson
     cosine = np.ones_like(geometry.shift)
     if surface == "flange":
         cosine = 1.0 / np.hypot(1.0, np.gradient(geometry.lift, geometry.shift))
@@ -96,7 +107,9 @@ def _patch_tables(
     a, b = semi_axes(along, across, young, poisson)
     kalker = np.array([coefficients(x, y, poisson) for x, y in zip(a, b, strict=True)])
     shear = 0.5 * young / (1.0 + poisson)
-    given = contact.constant_per_wheel
+    given, power = elastic.constant_per_wheel, 2.5
+    if isinstance(contact, Linear):
+        given, power = 0.5 * contact.stiffness, 2.0
     constant = np.full_like(along, given) if given is not None else contact_constant(
         0.5 / along, 0.5 / across, young, poisson
     )  # fmt: skip
@@ -105,7 +118,7 @@ def _patch_tables(
     tables[asm.TABLE_LIFT] = geometry.lift
     tables[asm.TABLE_PLACE] = geometry.place
     tables[asm.TABLE_RADIUS] = geometry.radius - radius
-    tables[asm.ROOT_CONSTANT] = np.cbrt(constant * cosine**2.5)
+    tables[asm.ROOT_CONSTANT] = np.cbrt(constant * cosine**power)
     tables[asm.ALONG] = shear * a * b * kalker[:, 0] * normal**2
     tables[asm.ACROSS] = shear * a * b * kalker[:, 1] * normal**2
     tables[asm.SPIN] = shear * (a * b) ** 1.5 * kalker[:, 2] * normal**3

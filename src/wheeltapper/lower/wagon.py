@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.creep import Fastsim
 from wheeltapper.describe.profile.wheel_rail import Cones
 from wheeltapper.describe.scenario import Scenario
@@ -25,6 +26,7 @@ from wheeltapper.lower.patches import (
     WIDTH,
     Surface,
     cells_of,
+    elastic_of,
     flange_from,
     geometry_of,
     patch_tables,
@@ -285,7 +287,7 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     for value, (body, name) in zip(resting, layout.motions, strict=True):
         held_loads[layout.bodies.index(body), MOTIONS.index(name)] = value
     radius = wagon.axles[0].radius
-    shifts = geometry_of(scenario.profiles, radius, scenario.contact.rail_radius).shift
+    shifts = geometry_of(scenario.profiles, radius, elastic_of(scenario.contact).rail_radius).shift
     surfaces: tuple[Surface, ...] = ("tread",) if isinstance(scenario.profiles, Cones) else ("tread", "flange")
     patches = [patch_tables(scenario.profiles, scenario.contact, radius, surface) for surface in surfaces]
     cells = np.array([cells_of(shifts, patch) for patch in patches])
@@ -313,6 +315,26 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     start = standing_on(assembly._replace(start=resting_state), layout, mobility, positions)
     assembly = _with_sliders(assembly._replace(start=start), structure, layout, mobility, inside)
     return LoweredWagon(assembly, layout, structure, static, middle, (*implausible_notes(scenario), *notes))
+
+
+def started(lowered: LoweredWagon, scenario: Scenario) -> LoweredWagon:
+    """Return a wagon, which stands, with its wheelsets where they start, and as fast."""
+    if isinstance(scenario.start, str):
+        return lowered
+    structure, assembly = lowered.structure, lowered.assembly
+    begin = assembly.start.copy()
+    for number in range(1, len(scenario.vehicle.axles) + 1):
+        name = f"wheelset {number}"
+        if (name, "z") not in structure.motions or structure.ties[:, structure.motions.index((name, "z"))].any():
+            raise InputError("", "start", f"a start of {name}, which a link or `held` ties", '"equilibrium"')
+        place = lowered.layout.bodies.index(name) * PLACES + asm.MOTION_Z
+        begin[place], begin[place + TO_RATE] = scenario.start.displacement, scenario.start.velocity
+    if scenario.start.velocity and len(assembly.yields):
+        found = "a velocity against dry friction without a spring, which sticks"
+        raise InputError("", "start.velocity", found, "0 m/s, or a stiffness of that friction")
+    made = assembly._replace(start=begin)
+    below = None if lowered.below is None else lowered.below._replace(assembly=made)
+    return replace(lowered, assembly=made, below=below)
 
 
 def _with_sliders(
@@ -349,14 +371,16 @@ def _assembly_numbers(
     scenario: Scenario, tolerance: float, force: float, constant: float, layout: StateLayout
 ) -> FloatArray:
     wagon, creep = scenario.vehicle, scenario.creep
-    indentation = (force / constant) ** (2 / 3)
+    linear = isinstance(scenario.contact, Linear)
+    exponent = 1.0 if linear else 1.5
+    indentation = (force / constant) ** (1.0 / exponent)
     lightest = min(axle.mass for axle in wagon.axles)
     out = np.zeros(asm.ASSEMBLY_NUMBERS)
     out[asm.SPEED] = scenario.speed
     out[asm.RUN_END] = scenario.duration
     out[asm.STEP_TOLERANCE] = tolerance
     out[asm.STATIC_INDENTATION] = indentation
-    out[asm.PULSE] = np.sqrt(0.5 * lightest * indentation / (1.5 * force))
+    out[asm.PULSE] = np.sqrt(0.5 * lightest * indentation / (exponent * force))
     out[asm.CREEP] = asm.NO_CREEP
     if creep is not None:
         out[asm.FRICTION] = creep.friction
@@ -365,14 +389,23 @@ def _assembly_numbers(
     if isinstance(creep, Fastsim):
         out[asm.STRIP_CELLS], out[asm.STRIP_COUNT] = creep.cells, creep.strips
         out[asm.STRIP_BOUND] = PARABOLIC if creep.bound == "parabolic" else ELLIPTIC
-    shifts = geometry_of(scenario.profiles, wagon.axles[0].radius, scenario.contact.rail_radius).shift
+    shifts = geometry_of(scenario.profiles, wagon.axles[0].radius, elastic_of(scenario.contact).rail_radius).shift
     out[asm.FIRST_SHIFT] = shifts[0]
     out[asm.CELLS_PER_M] = (len(shifts) - 1) / (shifts[-1] - shifts[0])
     out[asm.DECK] = layout.bodies.index(DECK) if DECK in layout.bodies else -1
     out[asm.MOST_EVENTS] = EVENT_LIMIT
     out[asm.LARGEST_SHIFT] = WIDTH
     out[asm.LONGEST_STEP] = LONGEST
+    out[asm.CONTACT_LAW], out[asm.MATERIAL_LOSS] = law_numbers(scenario)
     return out
+
+
+def law_numbers(scenario: Scenario) -> tuple[int, float]:
+    """Return the law of all contacts, and its factor of hysteresis, s/m."""
+    if isinstance(scenario.contact, Linear):
+        return asm.STRAIGHT, 0.0
+    loss = float(scenario.contact.hysteresis_factor)
+    return (asm.LOSSY if loss else asm.HERTZIAN), loss
 
 
 def _error_scales(
@@ -403,7 +436,7 @@ def _saturation_curve(scenario: Scenario) -> FloatArray:
 def _root_constant_factor(scenario: Scenario, radius: float) -> Any:
     """Return the factor on C^(1/3) as a function of the irregularity's second derivative; None if C is constant."""
     contact = scenario.contact
-    if not contact.follows_curvature:
+    if isinstance(contact, Linear) or not contact.follows_curvature:
         return None
     geometry = geometry_of(scenario.profiles, radius, contact.rail_radius)
     crown = 0.5 / geometry.curvature[len(geometry.shift) // 2]

@@ -19,7 +19,7 @@ from wheeltapper.lower.standing import normal_forces
 from wheeltapper.lower.track.reach import Reach, cutoff_note, modes_of, rolling_modes_of
 from wheeltapper.lower.wagon import LoweredWagon, lower_wagon
 from wheeltapper.march import assembly as asm
-from wheeltapper.march.assembly import HALF, Assembly
+from wheeltapper.march.assembly import HALF, LANES, Assembly
 from wheeltapper.march.general.march import rest_of
 from wheeltapper.march.general.tables import Units
 from wheeltapper.march.rail_motion import rails_array
@@ -62,10 +62,18 @@ def lower_wagon_on_rails(scenario: Scenario, method: str = "default") -> Lowered
     return replace(lowered, assembly=assembly, below=below, notes=(*lowered.notes, *said))
 
 
+def late_rates(assembly: Assembly) -> int:
+    """Return how many rates of indentations follow late, and are states, on rails that give way."""
+    return LANES * len(assembly.kinds) if assembly.numbers[asm.CONTACT_LAW] == asm.LOSSY else 0
+
+
 def _with_moments(lowered: LoweredWagon, track: Track, tolerance: float) -> Assembly:
-    """Return the assembly with the moments of the forces of a macro step as further states, after all others."""
+    """Return the assembly with the moments of the forces of a macro step as further states, after all others.
+
+    Where these depend on the indentations' rates, such rates follow.
+    """
     A, nodes, fours = lowered.assembly, track.method.nodes, fours_of(len(track.places))
-    more, states = np.zeros(2 * fours * nodes * HALF), len(A.start)
+    more, states = np.zeros(2 * fours * nodes * HALF + late_rates(A)), len(A.start)
     rails = rails_array(nodes, fours, states, track.rolls)
     numbers = A.numbers.copy()
     numbers[asm.STEP_TOLERANCE] = tolerance

@@ -46,8 +46,11 @@ STRIP_BOUND = 16
 LONGEST_STEP = 17  # longest step, s
 TREADS = 18  # octets of tread contacts; as many of flange contacts may follow
 FLANGE_FROM = 19  # least shift of a wheel, m, at which its flange may touch
-ASSEMBLY_NUMBERS = 20
+CONTACT_LAW = 20  # HERTZIAN, LOSSY (Hunt and Crossley's), STRAIGHT (linear)
+MATERIAL_LOSS = 21  # χ of a lossy contact, s/m
+ASSEMBLY_NUMBERS = 22
 NO_CREEP, CURVE, STRIPS = range(3)
+HERTZIAN, LOSSY, STRAIGHT = range(3)
 
 # Tables of the contact geometry: each a polynomial of degree 5 in a cell.
 TABLE_LIFT, TABLE_PLACE, TABLE_RADIUS, ROOT_CONSTANT, ALONG, ACROSS, SPIN, SPIN_MOMENT, SLENDER = range(9)

@@ -11,17 +11,24 @@ import numpy as np
 
 from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import LANES, PLACES, TO_RATE
+from wheeltapper.march.growths import is_lossy, time_aside
 from wheeltapper.march.kernel import kernel
+from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.rates import contact_forces, rates
+from wheeltapper.march.rates import rates
 from wheeltapper.march.sliders import deflection, slider_gap, slow_rate
 from wheeltapper.march.unrolled_dop853 import between
-from wheeltapper.march.wheel_rows import ROW_DELTA
+from wheeltapper.march.wheel_rows import GRIP, NORMAL, NORMAL_RATE, ROW_DELTA, ROW_HOLD
 
 CROSSING_NODES = 8
 """Number of places at which a step is examined if a contact may change in it."""
 CROSSING_NEAR = 0.02
 """A contact is examined in a step if its cubic interpolant comes nearer to zero than this share of its range."""
+
+QUIET_GRIP = 1e-9
+"""Ratio of a force to its elastic part that counts as none."""
+MOST_ASIDE = 0.01
+"""Share of a step over which a force is differenced, at most."""
 
 
 class Span(NamedTuple):
@@ -69,7 +76,21 @@ def at_place(x: float, lane: int, row: int, span: Span) -> float:
             rates(t, data, plan, span.spare, span.wheels, pieces, span.Q, span.out, False)
         return slider_gap(element, data, plan, span.spare, pieces)
     contact_forces(span.t + x * span.h, span.data, span.plan, span.spare, span.wheels)
+    if row == NORMAL_RATE and is_lossy(span.data):
+        return _growth_at(x, lane, span)
     return span.wheels[lane // LANES, row + lane % LANES]
+
+
+@kernel
+def _growth_at(x: float, lane: int, span: Span) -> float:
+    """Return the rate of a force that depends on the indentation's rate, by a difference along the dense solution."""
+    away = min(time_aside(span.data) / span.h, MOST_ASIDE)
+    between(x + away, span.w, span.F, span.spare)
+    contact_forces(span.t + (x + away) * span.h, span.data, span.plan, span.spare, span.wheels)
+    more = span.wheels[lane // LANES, NORMAL + lane % LANES]
+    between(x - away, span.w, span.F, span.spare)
+    contact_forces(span.t + (x - away) * span.h, span.data, span.plan, span.spare, span.wheels)
+    return (more - span.wheels[lane // LANES, NORMAL + lane % LANES]) / (2.0 * away * span.h)
 
 
 @kernel
@@ -119,23 +140,23 @@ def find_fall(
 
 
 @kernel
-def _place_away(x: float, lane: int, sign: float, span: Span) -> float:
+def _place_away(x: float, lane: int, row: int, sign: float, span: Span) -> float:
     """Return a place before x at which the contact has moved away from its last change; x itself if none is found."""
     place = x
     for _ in range(40):
         place *= 0.25
-        if sign * at_place(place, lane, ROW_DELTA, span) > 0.0:
+        if sign * at_place(place, lane, row, span) > 0.0:
             return place
     return x
 
 
 @kernel
-def _negative_place(middle: float, lane: int, sign: float, span: Span) -> float:
-    """Return a place about `middle` at which sign·δ is negative, by golden sections; 2 where it is not."""
+def _negative_place(middle: float, lane: int, row: int, sign: float, span: Span) -> float:
+    """Return a place about `middle` at which sign·(a quantity) is negative, by golden sections; 2 where it is not."""
     left, right = max(middle - 1.0 / CROSSING_NODES, 0.0), min(middle + 1.0 / CROSSING_NODES, 1.0)
     for _ in range(40):
         one, other = left + 0.381966 * (right - left), left + 0.618034 * (right - left)
-        f_one, f_other = sign * at_place(one, lane, ROW_DELTA, span), sign * at_place(other, lane, ROW_DELTA, span)
+        f_one, f_other = sign * at_place(one, lane, row, span), sign * at_place(other, lane, row, span)
         if min(f_one, f_other) < 0.0:
             return one if f_one < f_other else other
         if f_one < f_other:
@@ -146,31 +167,67 @@ def _negative_place(middle: float, lane: int, sign: float, span: Span) -> float:
 
 
 @kernel
+def _both_at(x: float, lane: int, span: Span) -> tuple[float, float]:
+    """Return indentation and grip of a contact whose force depends on its rate."""
+    depth = at_place(x, lane, ROW_DELTA, span)
+    return depth, span.wheels[lane // LANES, GRIP + lane % LANES]
+
+
+@kernel
+def _brief_touch(before: float, x: float, depth: float, grip: float, lane: int, span: Span) -> float:
+    """Return where an open contact closes whose grip begins before its indentation ends; 2 where it does not close.
+
+    This is between two places; `depth` and `grip` are those at the first of them.
+    """
+    _, grip_after = _both_at(x, lane, span)
+    if grip_after <= 0.0 or depth <= 0.0 or grip > QUIET_GRIP:
+        return 2.0
+    if grip > -QUIET_GRIP:  # it was lost at the first place
+        before = _place_away(x, lane, GRIP, -1.0, span)
+        if before == x:
+            return 2.0
+        grip = at_place(before, lane, GRIP, span)
+    at = find_fall(before, x, -grip, -grip_after, lane, GRIP, -1.0, span)
+    return at if at_place(at, lane, ROW_DELTA, span) > 0.0 else 2.0
+
+
+@kernel
 def first_change(lane: int, sign: float, span: Span) -> float:
-    """Return the first place at which a contact changes: sign·δ falls through zero; 2 where it does not."""
+    """Return the first place at which a contact changes: sign·δ falls through zero; 2 where it does not.
+
+    Where the force depends on the rate of δ, what has its sign stands for δ.
+    """
+    lossy = is_lossy(span.data)
+    row = ROW_HOLD if lossy else ROW_DELTA
     before, f_before = 0.0, 0.0
+    depth, grip = _both_at(0.0, lane, span) if lossy and sign < 0.0 else (0.0, 0.0)
     best, f_best = 1.0, np.inf
     for node in range(1, CROSSING_NODES + 1):
         x = node / CROSSING_NODES
-        f = sign * at_place(x, lane, ROW_DELTA, span)
+        f = sign * at_place(x, lane, row, span)
+        if lossy and sign < 0.0:
+            touch = _brief_touch(before, x, depth, grip, lane, span)
+            if touch <= 1.0:
+                return touch
+            depth, grip = _both_at(x, lane, span)
         if f < f_best:
             best, f_best = x, f
         if f < 0.0:
             break
         before, f_before = x, f
     if f_best >= 0.0:
-        best = _negative_place(best, lane, sign, span)
+        best = _negative_place(best, lane, row, sign, span)
         if best > 1.0:
             return 2.0
         before = min(before, max(best - 1.0 / CROSSING_NODES, 0.0))
-        f_best = sign * at_place(best, lane, ROW_DELTA, span)
-        f_before = sign * at_place(before, lane, ROW_DELTA, span)
+        f_best = sign * at_place(best, lane, row, span)
+        f_before = sign * at_place(before, lane, row, span)
     if f_before <= 0.0:  # it changed at the start of the step, or has just begun to move away
-        before = _place_away(best, lane, sign, span)
+        before = _place_away(best, lane, row, sign, span)
         if before == best:
             return best
-        f_before = sign * at_place(before, lane, ROW_DELTA, span)
-    return find_fall(before, best, f_before, f_best, lane, ROW_DELTA, sign, span)
+        f_before = sign * at_place(before, lane, row, span)
+    return find_fall(before, best, f_before, f_best, lane, row, sign, span)
 
 
 @kernel

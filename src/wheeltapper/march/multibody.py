@@ -18,12 +18,14 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march import passing, searching, sliders, sliding, telling
 from wheeltapper.march.assembly import LANES
 from wheeltapper.march.crossing import Span
+from wheeltapper.march.growths import find_growths, is_lossy
 from wheeltapper.march.kernel import is_compiled, kernel
+from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import DONE, FULL, NOT_FINITE, SOFT, STALLED, TOO_MANY_EVENTS, FloatArray, IntArray
-from wheeltapper.march.rates import contact_forces, rates
+from wheeltapper.march.rates import rates
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, error
-from wheeltapper.march.wheel_rows import DELTA_RATE, OCTET_ROWS, ROW_DELTA, ROW_U
+from wheeltapper.march.wheel_rows import DELTA_RATE, GRIP, GRIP_RATE, OCTET_ROWS, ROW_DELTA, ROW_U
 
 SAME = 1e-12
 """Distance to their change, in static indentations, below which contacts change together with another one."""
@@ -82,6 +84,7 @@ def march_kernel(
     y, spare, P = np.empty(n), np.empty(n), np.ones(DENSE_STAGES)
     tolerance, end = data[asm.STEP_TOLERANCE], data[asm.RUN_END]
     lanes = kept.shape[1]
+    lossy = is_lossy(data)
     while True:
         t = S[passing.RUN_TIME]
         if t >= end:
@@ -99,11 +102,15 @@ def march_kernel(
             rates(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], True)
             S[passing.RATES_USED] += 1.0
             S[passing.ANEW] = 0.0
+            if lossy:
+                find_growths(t, data, plan, w, K[FIRST_STAGE], wheels)
         searching.keep_contacts(wheels, kept)
         # -- a step whose error is small enough
         until = passing.next_break(data, t, wheels)
         h = min(S[passing.NEXT_LENGTH], data[asm.LONGEST_STEP])
         h = min(h, BEYOND * searching.time_to_change(BEYOND * h, wheels, K[FIRST_STAGE]))
+        if lossy:
+            h = min(h, BEYOND * searching.time_to_release(BEYOND * h, wheels))
         growth = GROW
         while True:
             stops = t + 1.01 * h >= until
@@ -123,6 +130,8 @@ def march_kernel(
             S[passing.NEXT_LENGTH] = h * min(max(SAFETY * max(wrong, 1e-12) ** (-1.0 / DOP853_ORDER), SHRINK), growth)
         rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES], True)
         S[passing.RATES_USED] += 1.0
+        if lossy:
+            find_growths(t + h, data, plan, y, K[STAGES], wheels)
         # -- the first event in it
         contact, element, passed = -1, -1, -1
         is_dense = searching.mark_changes(h, data, plan, y, wheels, pieces, kept)
@@ -139,11 +148,13 @@ def march_kernel(
                 make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
                 rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES], True)
                 S[passing.RATES_USED] += STAGES
+                if lossy:
+                    find_growths(t + h, data, plan, y, K[STAGES], wheels)
                 is_dense = False
             else:
                 contact_forces(t + h, data, plan, y, wheels)
         # -- the maxima of normal forces in it
-        if searching.mark_maxima(h, contact, wheels, kept):
+        if searching.mark_maxima(h, contact, lossy, wheels, kept):
             if not is_dense:
                 dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
                 S[passing.RATES_USED] += DENSE_STAGES - STAGES - 1.0
@@ -159,15 +170,19 @@ def march_kernel(
         steps[row, asm.STEP_ELEMENTS :] = pieces
         states[row] = w
         now = until if stops else t + h
-        if contact >= 0:  # the rest of the way to δ = 0, along the tangent
+        if contact >= 0:  # the rest of the way to δ = 0, along the tangent, or to where the force would pull
             place = contact % LANES
-            rest = -wheels[contact // LANES, ROW_DELTA + place] / wheels[contact // LANES, DELTA_RATE + place]
+            value, pace = ROW_DELTA + place, DELTA_RATE + place
+            near = wheels[contact // LANES, value]
+            if lossy and data[asm.STATIC_INDENTATION] * wheels[contact // LANES, GRIP + place] < near:
+                value, pace = GRIP + place, GRIP_RATE + place
+            rest = -wheels[contact // LANES, value] / wheels[contact // LANES, pace]
             if abs(rest) < 0.01 * h:
                 now += rest
                 for i in range(n):
                     y[i] += rest * K[STAGES, i]
                 contact_forces(now, data, plan, y, wheels)
-            wheels[contact // LANES, ROW_DELTA + place] = 0.0
+            wheels[contact // LANES, value] = 0.0
         if element >= plan[asm.LAWS]:
             now += sliding.change_sliders(element, h, data, plan, y, K[STAGES], pieces)
         steps[row, asm.STEP_LENGTH] = now - t
@@ -179,7 +194,7 @@ def march_kernel(
         K[FIRST_STAGE] = K[STAGES]
         # -- go on
         if contact >= 0:
-            passing.switch_contacts(now, SAME * data[asm.STATIC_INDENTATION], wheels, events, S)
+            passing.switch_contacts(now, SAME, data, wheels, events, S)
             S[passing.ANEW] = 1.0
         if element >= 0:
             if element < plan[asm.LAWS]:
@@ -190,10 +205,14 @@ def march_kernel(
             hardest = passing.pass_breaks(now, data, plan, wheels)
             contact_forces(now, data, plan, w, wheels)
             if hardest != SOFT:
-                passing.switch_contacts(now, SAME * data[asm.STATIC_INDENTATION], wheels, events, S)
+                passing.switch_contacts(now, SAME, data, wheels, events, S)
                 contact_forces(now, data, plan, w, wheels)  # a contact that a jump has closed presses at once
-                searching.log_corners(now, data[asm.PULSE], wheels, kept, peaks, S)
                 S[passing.ANEW] = 1.0
+            if lossy:  # the rate of the force jumps even where the path has no kink
+                rates(now, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], True)
+                find_growths(now, data, plan, w, K[FIRST_STAGE], wheels)
+            if hardest != SOFT or lossy:
+                searching.log_corners(now, data[asm.PULSE], wheels, kept, peaks, S)
         if S[passing.ANEW] != 0.0:
             S[passing.NEXT_LENGTH] = passing.FIRST_STEP * data[asm.PULSE]
         if _is_off(data, wheels):
@@ -211,7 +230,7 @@ def probe_kernel(
     passing.start_kernel(data, plan, start, w, wheels, pieces, S)
     for row in range(states.shape[0]):
         contact_forces(0.0, data, plan, states[row], wheels)
-        passing.close_contacts(wheels)
+        passing.close_contacts(data, wheels)
         rates(0.0, data, plan, states[row], wheels, pieces, Q, out[row], True)
 
 

@@ -7,9 +7,10 @@ from wheeltapper.march import program as contract
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import LANES
 from wheeltapper.march.crossing import corner_at
+from wheeltapper.march.growths import is_lossy
 from wheeltapper.march.kernel import kernel
+from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.rates import contact_forces
 from wheeltapper.march.sliders import deflection, enter_holds
 from wheeltapper.march.wheel_paths import set_piece
 
@@ -38,8 +39,24 @@ def enable_flanges(data: FloatArray, wheels: FloatArray) -> bool:
 
 
 @kernel
-def switch_contacts(t: float, near: float, wheels: FloatArray, events: FloatArray, S: FloatArray) -> None:
-    """Open and close all contacts that are at their change, by the sign of the indentation's rate."""
+def _side(value: float, near: float, rate: float) -> float:
+    """Return 1 for what is positive or becomes it, -1 for what is negative or becomes it, and 0 for neither."""
+    if value > near or (value >= -near and rate > 0.0):
+        return 1.0
+    return -1.0 if value < -near or rate < 0.0 else 0.0
+
+
+@kernel
+def switch_contacts(
+    t: float, near: float, data: FloatArray, wheels: FloatArray, events: FloatArray, S: FloatArray
+) -> None:
+    """Open and close all contacts that are at their change, by the sign of the indentation's rate.
+
+    `near` is how near to their change, in static indentations. Where the force depends on that rate, there has to be a
+    grip, too.
+    """
+    lossy = is_lossy(data)
+    near_grip, near = near, near * data[asm.STATIC_INDENTATION]
     for o in range(wheels.shape[0]):
         L = wheels[o]
         if L[wheel.AWAKE] == 0.0:
@@ -49,10 +66,19 @@ def switch_contacts(t: float, near: float, wheels: FloatArray, events: FloatArra
                 continue
             delta = L[wheel.ROW_DELTA + i]
             rate = L[wheel.DELTA_RATE + i]
-            if L[wheel.ON + i] != 0.0 and (delta < -near or (delta <= near and rate < 0.0)):
+            closed = L[wheel.ON + i] != 0.0
+            if lossy:
+                grips = _side(L[wheel.GRIP + i], near_grip, L[wheel.GRIP_RATE + i])
+                indents = _side(delta, near, rate)
+                opens = closed and (delta < -near or (delta <= near and rate < 0.0) or grips < 0.0)
+                closes = not closed and indents > 0.0 and grips > 0.0
+            else:
+                opens = closed and (delta < -near or (delta <= near and rate < 0.0))
+                closes = not closed and (delta > near or (delta >= -near and rate > 0.0))
+            if opens:
                 L[wheel.ON + i] = 0.0
                 _log_event(t, contract.LOSS, o * LANES + i, rate, events, S)
-            elif L[wheel.ON + i] == 0.0 and (delta > near or (delta >= -near and rate > 0.0)):
+            elif closes:
                 L[wheel.ON + i] = 1.0
                 _log_event(t, contract.IMPACT, o * LANES + i, rate, events, S)
 
@@ -125,7 +151,7 @@ def start_kernel(
             set_piece(i, data, plan, wheels[o])
     pass_breaks(0.0, data, plan, wheels)
     contact_forces(0.0, data, plan, w, wheels)
-    close_contacts(wheels)
+    close_contacts(data, wheels)
     pieces[:] = asm.STICKS
     enter_holds(data, plan, pieces)
     for element in range(plan[asm.LAWS]):
@@ -139,12 +165,14 @@ def start_kernel(
 
 
 @kernel
-def close_contacts(wheels: FloatArray) -> None:
-    """Close all contacts that overlap, and open all others."""
+def close_contacts(data: FloatArray, wheels: FloatArray) -> None:
+    """Close all contacts that overlap, and whose force would not pull; open all others."""
+    lossy = is_lossy(data)
     for o in range(wheels.shape[0]):
         L = wheels[o]
         for i in range(LANES):
-            L[wheel.ON + i] = 1.0 if L[wheel.SIDES + i] != 0.0 and L[wheel.ROW_DELTA + i] > 0.0 else 0.0
+            overlaps = L[wheel.SIDES + i] != 0.0 and L[wheel.ROW_DELTA + i] > 0.0
+            L[wheel.ON + i] = 1.0 if overlaps and (not lossy or L[wheel.GRIP + i] > 0.0) else 0.0
 
 
 @kernel

@@ -28,6 +28,7 @@ import numpy as np
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import HALF, LANES
+from wheeltapper.march.contact_laws import grip_of, push
 from wheeltapper.march.kernel import inlined_kernel, kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
@@ -37,6 +38,12 @@ FORCE_SETTLED = 1e-9
 """Relative change of the forces that ends them: the next one would be its square."""
 INVERSES = tuple(1.0 / (m + 1.0) for m in range(17))
 """1/(m + 1); a division would wait for the one before it."""
+GRIP_SETTLED = 1e-13
+"""Change of the grips that ends what depends on rates."""
+SHORTEST_LAG = 0.025
+"""Shortest time by which the rate of an indentation that is a state follows, in macro steps."""
+ONE = 1
+"""Place of the size of one rail's coefficients in what `places_of` returns."""
 ROW_A, ROW_B, ROW_C, ROW_D = range(4)
 ROWS_AT_ONCE = 4
 """Moments whose answers are added in one go."""
@@ -195,11 +202,11 @@ def free_rails(t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels
 
 
 @inlined_kernel
-def _settle(flanged: bool, T: FloatArray, G: FloatArray) -> None:
+def _settle(flanged: bool, law: FloatArray | None, T: FloatArray, G: FloatArray) -> None:
     """Write the forces of wheels' treads, T, and flanges, G, on the local compliance r together.
 
     N = Σ C·max(D - r·N, 0)^1.5 over both, where D is the indentation on a rail without it. Newton's method from zero:
-    the right side falls and bends upwards, so that it never passes the solution.
+    the right side falls and bends upwards, so that it never passes the solution. `law`: None of Hertz's, or the data.
     """
     for i in range(LANES):
         T[wheel.ROW_FORCE + i] = 0.0
@@ -207,18 +214,15 @@ def _settle(flanged: bool, T: FloatArray, G: FloatArray) -> None:
         most = 0.0
         for i in range(LANES):
             force = T[wheel.ROW_FORCE + i]
-            sinks = T[wheel.SOFTNESS + i] * force
-            c = T[wheel.ROOT_C + i] * T[wheel.BULGE + i] * T[wheel.ON + i]
-            n = c * sqrt(max(T[wheel.ROW_DELTA + i] - sinks, 0.0))
-            T[wheel.ROW_EXCESS + i] = n * n * n - force
-            T[wheel.STEEPNESS + i] = 1.5 * c * c * n
+            pushed, steep = push(i, T[wheel.ROW_DELTA + i] - T[wheel.SOFTNESS + i] * force, law, T)
+            T[wheel.ROW_EXCESS + i] = pushed - force
+            T[wheel.STEEPNESS + i] = steep
         if flanged:
             for i in range(LANES):
                 sinks = T[wheel.SOFTNESS + i] * T[wheel.ROW_FORCE + i]
-                c = G[wheel.ROOT_C + i] * G[wheel.BULGE + i] * G[wheel.ON + i]
-                n = c * sqrt(max(G[wheel.ROW_DELTA + i] - sinks, 0.0))
-                T[wheel.ROW_EXCESS + i] += n * n * n
-                T[wheel.STEEPNESS + i] += 1.5 * c * c * n
+                pushed, steep = push(i, G[wheel.ROW_DELTA + i] - sinks, law, G)
+                T[wheel.ROW_EXCESS + i] += pushed
+                T[wheel.STEEPNESS + i] += steep
         for i in range(LANES):
             change = T[wheel.ROW_EXCESS + i] / (1.0 + T[wheel.SOFTNESS + i] * T[wheel.STEEPNESS + i])
             T[wheel.ROW_FORCE + i] += change
@@ -228,21 +232,112 @@ def _settle(flanged: bool, T: FloatArray, G: FloatArray) -> None:
 
 
 @inlined_kernel
-def _press(T: FloatArray, L: FloatArray) -> None:
+def _press(law: FloatArray | None, T: FloatArray, L: FloatArray) -> None:
     """Write indentations and forces of contacts where the rails give way under the forces that were found."""
     for i in range(LANES):
         sinks = T[wheel.SOFTNESS + i] * T[wheel.ROW_FORCE + i]
         delta = L[wheel.ROW_DELTA + i] - sinks
-        n = L[wheel.ROOT_C + i] * L[wheel.BULGE + i] * sqrt(max(delta, 0.0)) * L[wheel.ON + i]
         L[wheel.ROW_RAIL + i] += sinks
         L[wheel.ROW_DELTA + i] = delta
-        L[wheel.CUBE_ROOT + i] = n
-        L[wheel.NORMAL + i] = n * n * n
+        if law is None:
+            n = L[wheel.ROOT_C + i] * L[wheel.BULGE + i] * sqrt(max(delta, 0.0)) * L[wheel.ON + i]
+            L[wheel.CUBE_ROOT + i] = n
+            L[wheel.NORMAL + i] = n * n * n
+        else:
+            L[wheel.NORMAL + i], _ = push(i, delta, law, L)
+            elastic = L[wheel.NORMAL + i]
+            if law[asm.CONTACT_LAW] == asm.LOSSY:
+                c = L[wheel.ROOT_C + i] * L[wheel.BULGE + i] * L[wheel.ON + i]
+                L[wheel.CUBE_ROOT + i] = c * sqrt(max(delta, 0.0))
+            else:
+                L[wheel.CUBE_ROOT + i] = np.cbrt(elastic)
 
 
 @kernel
 def press_rails(rated: bool, data: FloatArray, plan: IntArray, wheels: FloatArray) -> None:
     """Correct indentations, forces and, if `rated`, their rates by what the present forces do to the rails."""
+    if data[asm.CONTACT_LAW] == asm.HERTZIAN:
+        _press_once(rated, None, data, plan, wheels)
+    elif data[asm.CONTACT_LAW] == asm.STRAIGHT:
+        _press_once(rated, data, data, plan, wheels)
+    else:
+        _press_by_rates(data, plan, wheels)
+
+
+@kernel
+def gather_lags(data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray) -> None:
+    """Copy the indentations' rates that are states into the lanes."""
+    begin = _first_lag(data, plan)
+    for o in range(wheels.shape[0]):
+        for i in range(LANES):
+            wheels[o, wheel.LATE_RATE + i] = w[begin + o * LANES + i]
+
+
+@kernel
+def write_lag_rates(data: FloatArray, plan: IntArray, wheels: FloatArray, out: FloatArray) -> None:
+    """Write how fast these follow what was computed last."""
+    begin = _first_lag(data, plan)
+    for o in range(wheels.shape[0]):
+        L = wheels[o]
+        for i in range(LANES):
+            if L[wheel.AWAKE] != 0.0 and L[wheel.SIDES + i] != 0.0:
+                out[begin + o * LANES + i] = (L[wheel.DELTA_RATE + i] - L[wheel.LATE_RATE + i]) / L[wheel.LAG_TIME + i]
+
+
+@inlined_kernel
+def _first_lag(data: FloatArray, plan: IntArray) -> int:
+    """Return where the indentations' rates stand in the state: behind the moments."""
+    nodes_and_one = places_of(data, plan)
+    return int(data[plan[asm.AT_RAILS] + asm.RAIL_STATES]) + 2 * nodes_and_one[ONE]
+
+
+@kernel
+def _press_by_rates(data: FloatArray, plan: IntArray, wheels: FloatArray) -> None:
+    """Do so with forces that depend on the indentations' rates, which these forces change: until both agree.
+
+    With the local compliance r the rate follows late, by τ = r·∂N/∂δ' / (1 + r·∂N/∂δ), what it would be without the
+    term of δ'' in N'. What follows it by τ + τ' is a state; of the rest, τ' to τ + τ', none is late. That errs by τ·τ'
+    in the second derivative, and is never stiffer than τ', although τ ends with the force.
+    """
+    loss, treads = data[asm.MATERIAL_LOSS], int(data[asm.TREADS])
+    shortest = SHORTEST_LAG * data[plan[asm.AT_RAILS] + asm.RAIL_SECONDS]
+    for o in range(wheels.shape[0]):
+        for row, free in wheel.FREED:
+            for i in range(LANES):
+                wheels[o, free + i] = wheels[o, row + i]
+    for turn in range(MOST_TURNS):
+        if turn > 0:
+            for o in range(wheels.shape[0]):
+                for row, free in wheel.FREED:
+                    for i in range(LANES):
+                        wheels[o, row + i] = wheels[o, free + i]
+        _press_once(True, data, data, plan, wheels)  # type: ignore[arg-type]
+        most = 0.0
+        for o in range(wheels.shape[0]):
+            L = wheels[o]
+            T = wheels[o % treads]
+            if L[wheel.AWAKE] == 0.0:
+                continue
+            inclined = 1.0 if plan[plan[asm.AT_KINDS] + o] == asm.FLANGE else 0.0
+            for i in range(LANES):
+                n = L[wheel.CUBE_ROOT + i]
+                r = T[wheel.SOFTNESS + i]
+                lag = shortest + max(r * loss * n * n * n / (1.0 + r * T[wheel.STEEPNESS + i]), 0.0)
+                late = L[wheel.LATE_RATE + i]
+                rate = late + shortest / lag * (L[wheel.DELTA_RATE + i] - late)
+                grip = grip_of(i, rate, inclined, loss, L)
+                most = max(most, abs(grip - L[wheel.GRIP + i]) * L[wheel.ON + i])
+                L[wheel.LAG_TIME + i] = lag
+                L[wheel.GRIP + i] = grip
+                L[wheel.ROW_HOLD + i] = min(L[wheel.ROW_DELTA + i], data[asm.STATIC_INDENTATION] * grip)
+                L[wheel.NORMAL_RATE + i] = L[wheel.FORCE_GROWTH + i]
+        if most <= GRIP_SETTLED:
+            break
+
+
+@kernel
+def _press_once(rated: bool, law: FloatArray | None, data: FloatArray, plan: IntArray, wheels: FloatArray) -> None:
+    """Do so for given grips; `law` is None of Hertz's, or the data."""
     nodes, one, _, local, _, values, _, _, growing = places_of(data, plan)
     treads = int(data[asm.TREADS])
     for o in range(treads):
@@ -251,10 +346,10 @@ def press_rails(rated: bool, data: FloatArray, plan: IntArray, wheels: FloatArra
         flanged = wheels.shape[0] > treads and G[wheel.AWAKE] != 0.0
         first = o * nodes * HALF
         _sum_lanes(local + first, values, nodes, wheel.SOFTNESS, data, T)
-        _settle(flanged, T, G)
-        _press(T, T)
+        _settle(flanged, law, T, G)
+        _press(law, T, T)
         if flanged:
-            _press(T, G)
+            _press(law, T, G)
         for m in range(nodes):
             value = data[values + m]
             at = growing + first + m * HALF
@@ -262,21 +357,25 @@ def press_rails(rated: bool, data: FloatArray, plan: IntArray, wheels: FloatArra
                 data[at + i] = value * T[wheel.ROW_FORCE + i]
                 data[at + one + i] = value * T[wheel.ROW_FORCE + HALF + i]
     if rated:
-        _add_force_rates(data, plan, wheels)
+        _add_force_rates(law, data, plan, wheels)
 
 
 @inlined_kernel
-def _growths(i: int, L: FloatArray) -> tuple[float, float]:
+def _growths(i: int, law: FloatArray | None, L: FloatArray) -> tuple[float, float]:
     """Return what a contact's force grows by with its constant, N/s, and with the indentation's rate, N/m."""
     c = L[wheel.ROOT_C + i] * L[wheel.BULGE + i]
     growth = L[wheel.ROOT_C_RATE + i] * L[wheel.BULGE + i] + L[wheel.ROOT_C + i] * L[wheel.BULGE_RATE + i]
     root = sqrt(max(L[wheel.ROW_DELTA + i], 0.0)) * L[wheel.ON + i]
     n = L[wheel.CUBE_ROOT + i]
-    return 3.0 * n * n * root * growth, 1.5 * n * c * c * L[wheel.ON + i]
+    if law is None:
+        return 3.0 * n * n * root * growth, 1.5 * n * c * c * L[wheel.ON + i]
+    else:  # noqa: RET505 - Numba prunes whole branches only
+        force, steep = push(i, L[wheel.ROW_DELTA + i], law, L)
+        return 3.0 * force * growth / c, steep
 
 
 @kernel
-def _add_force_rates(data: FloatArray, plan: IntArray, wheels: FloatArray) -> None:
+def _add_force_rates(law: FloatArray | None, data: FloatArray, plan: IntArray, wheels: FloatArray) -> None:
     """Correct the rates: the rails yield to the present forces at once by a little, and r·N changes."""
     at = plan[asm.AT_RAILS]
     seconds, against = data[at + asm.RAIL_SECONDS], int(data[at + asm.RAIL_AGAINST])
@@ -295,25 +394,25 @@ def _add_force_rates(data: FloatArray, plan: IntArray, wheels: FloatArray) -> No
         for i in range(LANES):
             r = T[wheel.SOFTNESS + i]
             sinks = (T[wheel.ROW_SINKS + i] + 2.0 * T[wheel.ROW_EXCESS + i] * T[wheel.ROW_FORCE + i]) / seconds
-            grown, steep = _growths(i, T)
+            grown, steep = _growths(i, law, T)
             rises = grown + steep * (T[wheel.DELTA_RATE + i] - sinks)
             if flanged:
-                grown, more = _growths(i, G)
+                grown, more = _growths(i, law, G)
                 rises += grown + more * (G[wheel.DELTA_RATE + i] - sinks)
                 steep += more
             T[wheel.ROW_SINKS + i] = sinks + r * rises / (1.0 + r * steep)
-        _sink(T, T)
+        _sink(law, T, T)
         if flanged:
-            _sink(T, G)
+            _sink(law, T, G)
 
 
 @inlined_kernel
-def _sink(T: FloatArray, L: FloatArray) -> None:
+def _sink(law: FloatArray | None, T: FloatArray, L: FloatArray) -> None:
     """Write the rates of contacts whose rails sink faster by what was found."""
     for i in range(LANES):
         L[wheel.RAIL_RATE + i] += T[wheel.ROW_SINKS + i]
         L[wheel.DELTA_RATE + i] -= T[wheel.ROW_SINKS + i]
-        grown, steep = _growths(i, L)
+        grown, steep = _growths(i, law, L)
         L[wheel.NORMAL_RATE + i] = grown + steep * L[wheel.DELTA_RATE + i]
 
 

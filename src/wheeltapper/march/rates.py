@@ -10,32 +10,12 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import FLANGE, HALF, LANES, PLACES, TO_RATE
 from wheeltapper.march.columns import add_columns
 from wheeltapper.march.kernel import kernel
+from wheeltapper.march.pressing import press_contacts
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.rail_motion import free_rails, press_rails, write_moment_rates
+from wheeltapper.march.rail_motion import write_lag_rates, write_moment_rates
 from wheeltapper.march.sliders import add_slider_forces, deflection, hold_rigid
 from wheeltapper.march.wheel_rows import AWAKE, ROW_ON_DECK, VPITCH
 from wheeltapper.march.wheels import add_body_forces, creep_forces, paths_and_forces
-
-
-@kernel
-def contact_forces(t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray) -> None:
-    """Compute indentations and normal forces of all contacts that are awake, and their rates."""
-    press_contacts(t, True, data, plan, w, wheels)
-
-
-@kernel
-def press_contacts(
-    t: float, rated: bool, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray
-) -> None:  # fmt: skip
-    """Do as `contact_forces`; on rails that give way leave out what only the rates need, unless these are asked for."""
-    if plan[asm.AT_RAILS] > 0:
-        free_rails(t, data, plan, w, wheels)
-    for o in range(wheels.shape[0]):
-        L = wheels[o]
-        if L[AWAKE] != 0.0:
-            paths_and_forces(t, data, plan, plan[plan[asm.AT_KINDS] + o], w, L)
-    if plan[asm.AT_RAILS] > 0:
-        press_rails(rated, data, plan, wheels)
 
 
 @kernel
@@ -121,6 +101,8 @@ def rates(
         out[i] = 0.0
     if on_rails:
         write_moment_rates(data, plan, out)
+        if data[asm.CONTACT_LAW] == asm.LOSSY:
+            write_lag_rates(data, plan, wheels, out)
     _add_element_forces(data, plan, w, pieces, Q, out)
     if plan[asm.LAWS] < pieces.shape[0]:
         add_slider_forces(data, plan, w, pieces, Q, out)

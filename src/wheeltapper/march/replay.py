@@ -12,12 +12,14 @@ from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import LANES, PLACES, TO_RATE
 from wheeltapper.march.crossing import corner_at, depends_on_rate
 from wheeltapper.march.dense import BEGINS, FINISHES
+from wheeltapper.march.growths import find_growths, is_lossy
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import MultibodyMarch, work_for
 from wheeltapper.march.passing import RUN_CARRIED, enable_flanges, pass_breaks, start_kernel
+from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rail_motion import enter_logged_step
-from wheeltapper.march.rates import contact_forces, rates
+from wheeltapper.march.rates import rates
 from wheeltapper.march.sliders import deflection, enter_holds, rate_between_ends, slider_number
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, between
@@ -25,9 +27,9 @@ from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, betw
 # Columns of the powers.
 (
     LOAD_POWER, PATH_POWER, SHAPE_POWER, DAMPER_POWER, FRICTION_POWER, DRIVE_POWER, STAND_IN_POWER, RAIL_POWER,
-    SLIDER_POWER,
-) = range(9)  # fmt: skip
-POWERS_KEPT = 9
+    SLIDER_POWER, MATERIAL_POWER,
+) = range(10)  # fmt: skip
+POWERS_KEPT = 10
 WORK_NODES = 6
 """Number of nodes of Gauss's rule in each step."""
 
@@ -83,6 +85,8 @@ def replay_kernel(
         t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
         between(min((times[k] - t) / h, 1.0), w, F, spare)
         rates(times[k], data, plan, spare, wheels, pieces, Q, out_rates[k], True)
+        if is_lossy(data):
+            find_growths(times[k], data, plan, spare, out_rates[k], wheels)
         out[k] = spare
         for j in range(rows.shape[0]):
             for o in range(wheels.shape[0]):
@@ -96,6 +100,50 @@ def _pull(element: int, piece: int, data: FloatArray, plan: IntArray, w: FloatAr
     at, after = corner_at(element, piece, plan), corner_at(element, piece + 1, plan)
     slope = (data[after + asm.CORNER_FORCE] - data[at + asm.CORNER_FORCE]) / (data[after] - data[at])
     return data[at + asm.CORNER_FORCE] + slope * (deflection(element, data, plan, w) - data[at])
+
+
+@kernel
+def _share_of_work(data: FloatArray) -> float:
+    """Return a contact's elastic energy over its force times its indentation."""
+    return 0.5 if data[asm.CONTACT_LAW] == asm.STRAIGHT else 0.4
+
+
+@kernel
+def _stored_force(i: int, data: FloatArray, L: FloatArray) -> float:
+    """Return the elastic part of a contact's force, also where an indented contact is released without a force."""
+    if data[asm.CONTACT_LAW] != asm.LOSSY:
+        return L[wheel.NORMAL + i]
+    if L[wheel.SIDES + i] == 0.0 or L[wheel.AWAKE] == 0.0:
+        return 0.0
+    n = L[wheel.ROOT_C + i] * L[wheel.BULGE + i] * np.sqrt(max(L[wheel.ROW_DELTA + i], 0.0))
+    return n * n * n
+
+
+@kernel
+def _contact_energy(i: int, data: FloatArray, L: FloatArray) -> float:
+    """Return the elastic energy of a contact."""
+    return _share_of_work(data) * _stored_force(i, data, L) * L[wheel.ROW_DELTA + i]
+
+
+@kernel
+def _released_energy(data: FloatArray, wheels: FloatArray) -> float:
+    """Return the elastic energy of contacts that are indented without a force: their material takes all of it."""
+    total = 0.0
+    for o in range(wheels.shape[0]):
+        for i in range(LANES):
+            if wheels[o, wheel.ON + i] == 0.0:
+                total += _contact_energy(i, data, wheels[o])
+    return total
+
+
+@kernel
+def _take_true_rates(wheels: FloatArray) -> None:
+    """Take the rates that were found along the motion; those of lossy contacts on rails that give way are not quite."""
+    for o in range(wheels.shape[0]):
+        L = wheels[o]
+        for i in range(LANES):
+            L[wheel.DELTA_RATE + i] = L[wheel.TRUE_RATE + i]
+            L[wheel.RAIL_RATE + i] = L[wheel.TRUE_SINKING + i]
 
 
 @kernel
@@ -121,22 +169,25 @@ def _write_powers(
         slides = (pieces[element] - asm.STICKS) * rate_between_ends(element, data, plan, w)
         out[SLIDER_POWER] += slides * slider_number(element, asm.SLIDER_FORCE, data, plan)
     deck = int(data[asm.DECK])
+    lossy = is_lossy(data)
     on_deck = 0.0
     for o in range(wheels.shape[0]):
         L = wheels[o]
         inclined = plan[plan[asm.AT_KINDS] + o] == asm.FLANGE
         for i in range(LANES):
             on_deck += L[wheel.ROW_ON_DECK + i]
-            if L[wheel.SIDES + i] == 0.0 or L[wheel.NORMAL + i] == 0.0:
+            side, n, stored = L[wheel.SIDES + i], L[wheel.NORMAL + i], _stored_force(i, data, L)
+            if side == 0.0 or stored == 0.0 or L[wheel.ON + i] == 0.0:
                 continue
-            side, n = L[wheel.SIDES + i], L[wheel.NORMAL + i]
             path_rate = L[wheel.PATH_RATE + i]
             if deck >= 0:
                 path_rate -= L[wheel.ROW_ON_DECK + i] * w[deck * PLACES + asm.MOTION_Z + TO_RATE]
             out[PATH_POWER] += n * path_rate
             out[RAIL_POWER] += n * L[wheel.RAIL_RATE + i]
             growth = L[wheel.BULGE_RATE + i] / L[wheel.BULGE + i] + L[wheel.ROOT_C_RATE + i] / L[wheel.ROOT_C + i]
-            out[SHAPE_POWER] += 1.2 * n * L[wheel.ROW_DELTA + i] * growth
+            out[SHAPE_POWER] += 3.0 * _share_of_work(data) * stored * L[wheel.ROW_DELTA + i] * growth
+            if lossy:
+                out[MATERIAL_POWER] += (n - stored) * L[wheel.DELTA_RATE + i]
             if data[asm.CREEP] == asm.NO_CREEP:
                 continue
             slip = L[wheel.FX + i] * L[wheel.SLIP_X + i] + L[wheel.FY + i] * L[wheel.SLIP_Y + i]
@@ -164,7 +215,7 @@ def _elastic_energy(data: FloatArray, plan: IntArray, w: FloatArray, wheels: Flo
     total = 0.0
     for o in range(wheels.shape[0]):
         for i in range(LANES):
-            total += 0.4 * wheels[o, wheel.NORMAL + i] * wheels[o, wheel.ROW_DELTA + i]
+            total += _contact_energy(i, data, wheels[o])
     for element in range(plan[asm.LAWS], plan[asm.RIGID_FROM]):
         here = deflection(element, data, plan, w)
         total += 0.5 * slider_number(element, asm.SLIDER_STIFFNESS, data, plan) * here * here
@@ -216,11 +267,16 @@ def energy_kernel(
         _repeat_step(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
         contact_forces(t, data, plan, w, wheels)
         elastic[row, BEGINS] = _elastic_energy(data, plan, w, wheels, pieces)
+        works[row, MATERIAL_POWER] += _released_energy(data, wheels)
         contact_forces(t + h, data, plan, y, wheels)
         elastic[row, FINISHES] = _elastic_energy(data, plan, y, wheels, pieces)
+        works[row, MATERIAL_POWER] -= _released_energy(data, wheels)
         for k in range(nodes.shape[0]):
             between(nodes[k], w, F, spare)
             rates(t + nodes[k] * h, data, plan, spare, wheels, pieces, Q, rate, True)
+            if is_lossy(data) and plan[asm.AT_RAILS] > 0:
+                find_growths(t + nodes[k] * h, data, plan, spare, rate, wheels)
+                _take_true_rates(wheels)
             _write_powers(data, plan, damping, places, spare, wheels, pieces, rate, power)
             for j in range(POWERS_KEPT):
                 works[row, j] += weights[k] * h * power[j]

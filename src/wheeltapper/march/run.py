@@ -97,12 +97,28 @@ ENDED_WHEEL = Marcher(
 )  # fmt: skip
 WAGON = Marcher(
     "the wagon's march",
-    frozenset({SEVERAL_BODIES, DECK, DECK_ENDS, CREEP, PROFILES, PLACES, IRREGULARITY, POINT}),
+    frozenset(
+        {
+            SEVERAL_BODIES,
+            DECK,
+            DECK_ENDS,
+            CREEP,
+            PROFILES,
+            PLACES,
+            IRREGULARITY,
+            POINT,
+            LINEAR,
+            HYSTERESIS,
+            START,
+        }
+    ),
     frozenset({SEVERAL_BODIES}),
 )
 WAGON_ON_RAILS = Marcher(
     "the wagon's march on rails",
-    frozenset({SEVERAL_BODIES, FLEXIBLE_TRACK, CREEP, PROFILES, PLACES, IRREGULARITY, POINT}),
+    frozenset({
+        SEVERAL_BODIES, FLEXIBLE_TRACK, CREEP, PROFILES, PLACES, IRREGULARITY, POINT, LINEAR, HYSTERESIS, START,
+    }),
     frozenset({SEVERAL_BODIES, FLEXIBLE_TRACK}),
 )  # fmt: skip
 GENERAL = Marcher(
@@ -175,6 +191,7 @@ class Question:
 
 
 _SITE, _SPOT = frozenset({DECK, IRREGULARITY}), frozenset({MEMORY})
+_STEADY = frozenset({START})
 _ELASTIC = frozenset({OWN_LAW, LINEAR, BILATERAL, HYSTERESIS})
 SIMULATE = Question("simulate", "the motion with all its events", MARCHERS, others=())
 HISTORY = Question("history", "everything over time, and at any time", MARCHERS, others=())
@@ -211,14 +228,14 @@ WEAR_IN = Question(
 MARKS = Question(
     "marks", "the marks that a run leaves", (YIELDING_WHEEL, GENERAL), _SPOT | _ELASTIC, frozenset({YIELDING})
 )
-MODES = Question("modes", "small vibrations about the steady run", (WAGON,))
-CRITICAL_SPEED = Question("critical_speed", "where hunting begins", (WAGON,), requires=frozenset({CREEP}))
-REDUCED = Question("reduced", "the core model of one wheelset of a wagon", (WAGON,))
+MODES = Question("modes", "small vibrations about the steady run", (WAGON,), _STEADY)
+CRITICAL_SPEED = Question("critical_speed", "where hunting begins", (WAGON,), _STEADY, frozenset({CREEP}))
+REDUCED = Question("reduced", "the core model of one wheelset of a wagon", (WAGON,), _STEADY)
 ORBITS = Question(
     "orbits", "periodic motions over a periodic irregularity", (WHEEL,), frozenset({DECK_ENDS}),
     frozenset({IRREGULARITY}), others=("simulate", "sweep"),
 )  # fmt: skip
-IMBALANCE = Question("imbalance", "a car body whose load lies aside", (WAGON,))
+IMBALANCE = Question("imbalance", "a car body whose load lies aside", (WAGON,), _STEADY)
 QUESTIONS = {
     question.name: question
     for question in (

@@ -9,16 +9,18 @@ from __future__ import annotations
 from math import sqrt
 
 from wheeltapper.march import assembly as asm
+from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import BODY, LANES, MOTION_Z, PLACES, ROLL, TO_RATE
 from wheeltapper.march.crossing import Span, at_place, corner_ahead, find_corner, find_fall, first_change, may_cross
+from wheeltapper.march.growths import is_lossy
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.passing import log_peak
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.sliders import deflection, slider_number
 from wheeltapper.march.wheel_rows import ARM, AWAKE, DELTA_RATE, NORMAL, NORMAL_RATE, ON, ROW_DELTA, SIDES
 
-DELTAS, DELTA_RATES, GROWTHS, FORCES, MARKS = range(5)
-KEPT = 5
+DELTAS, DELTA_RATES, GROWTHS, FORCES, MARKS, GRIPS, GRIP_RATES, TURNS = range(8)
+KEPT = 8
 SEARCH_NOISE = 1e-11
 """Relative growth of a force in a step up to which it counts as none."""
 QUIET_FORCE = 1e-7
@@ -38,6 +40,8 @@ def keep_contacts(wheels: FloatArray, kept: FloatArray) -> None:
             kept[GROWTHS, lane] = 1e-300 if begins else L[NORMAL_RATE + i]
             kept[FORCES, lane] = L[NORMAL + i]
             kept[MARKS, lane] = 0.0
+            kept[GRIPS, lane] = L[wheel.GRIP + i]
+            kept[GRIP_RATES, lane] = L[wheel.GRIP_RATE + i]
 
 
 @kernel
@@ -70,11 +74,42 @@ def time_to_change(longest: float, wheels: FloatArray, rates: FloatArray) -> flo
 
 
 @kernel
+def time_to_release(longest: float, wheels: FloatArray) -> float:
+    """Return the probable time at which the next grip of an indented contact changes its sign; at most `longest`."""
+    soonest = longest
+    for o in range(wheels.shape[0]):
+        L = wheels[o]
+        for i in range(LANES):
+            if L[AWAKE] == 0.0 or L[SIDES + i] == 0.0 or L[ROW_DELTA + i] <= 0.0:
+                continue
+            sign = 2.0 * L[ON + i] - 1.0
+            if sign * L[wheel.GRIP + i] > 0.0 and sign * L[wheel.GRIP_RATE + i] < 0.0:
+                soonest = min(soonest, -L[wheel.GRIP + i] / L[wheel.GRIP_RATE + i])
+    return soonest
+
+
+@kernel
+def _may_change(h: float, i: int, lane: int, indents: bool, L: FloatArray, kept: FloatArray) -> bool:
+    """Return True where a lossy contact may change in a step; `indents`: where its indentation may change its sign.
+
+    A closed one opens where indentation or grip ends, an open one closes where there are both.
+    """
+    sign = 2.0 * L[ON + i] - 1.0
+    before, after = sign * kept[GRIPS, lane], sign * L[wheel.GRIP + i]
+    grips = may_cross(h, before, sign * kept[GRIP_RATES, lane], after, sign * L[wheel.GRIP_RATE + i])
+    if sign > 0.0:
+        return indents or grips
+    indents = indents or max(kept[DELTAS, lane], L[ROW_DELTA + i]) > 0.0
+    return indents and (grips or min(before, after) < 0.0)
+
+
+@kernel
 def mark_changes(
     h: float, data: FloatArray, plan: IntArray, y: FloatArray, wheels: FloatArray, pieces: FloatArray, kept: FloatArray
 ) -> bool:
     """Mark the contacts that may change within a step; return True if there are any, or an element passes a corner."""
     found = False
+    lossy = is_lossy(data)
     for o in range(wheels.shape[0]):
         L = wheels[o]
         if L[AWAKE] == 0.0:
@@ -85,7 +120,10 @@ def mark_changes(
             lane = o * LANES + i
             sign = 2.0 * L[ON + i] - 1.0
             before, after = sign * kept[DELTAS, lane], sign * L[ROW_DELTA + i]
-            if may_cross(h, before, sign * kept[DELTA_RATES, lane], after, sign * L[DELTA_RATE + i]):
+            may = may_cross(h, before, sign * kept[DELTA_RATES, lane], after, sign * L[DELTA_RATE + i])
+            if lossy:
+                may = _may_change(h, i, lane, may, L, kept)
+            if may:
                 kept[MARKS, lane] = 1.0
                 found = True
     for element in range(plan[asm.LAWS]):
@@ -126,7 +164,23 @@ def first_event(y: FloatArray, pieces: FloatArray, kept: FloatArray, span: Span)
 
 
 @kernel
-def mark_maxima(h: float, changed: int, wheels: FloatArray, kept: FloatArray) -> bool:
+def _turn_between(h: float, growth: float, before: float, after_growth: float, after: float) -> float:
+    """Return where, within a step, a force that rises at both ends falls most, or the other way round; 0 where not.
+
+    By the cubic through both ends.
+    """
+    begins, ends, rise = growth * h, after_growth * h, after - before
+    bend, twist = 3.0 * rise - 2.0 * begins - ends, begins + ends - 2.0 * rise
+    if twist == 0.0:
+        return 0.0
+    x = -bend / (3.0 * twist)
+    steepest = begins + bend * x
+    turns = 0.0 < x < 1.0 and begins * steepest < 0.0 and abs(steepest) > QUIET_FORCE * max(before, after)
+    return x if turns else 0.0
+
+
+@kernel
+def mark_maxima(h: float, changed: int, lossy: bool, wheels: FloatArray, kept: FloatArray) -> bool:
     """Mark the contacts whose force has a maximum within a step; return True if there are any."""
     found = False
     for o in range(wheels.shape[0]):
@@ -136,6 +190,12 @@ def mark_maxima(h: float, changed: int, wheels: FloatArray, kept: FloatArray) ->
         for i in range(LANES):
             lane = o * LANES + i
             growth, after = kept[GROWTHS, lane], L[NORMAL_RATE + i]
+            if lossy and L[ON + i] != 0.0 and growth * after > 0.0:
+                kept[TURNS, lane] = _turn_between(h, growth, kept[FORCES, lane], after, L[NORMAL + i])
+                if kept[TURNS, lane] > 0.0:
+                    kept[MARKS, lane] = after
+                    found = True
+                continue
             if L[ON + i] == 0.0 or growth * h <= SEARCH_NOISE * kept[FORCES, lane] or after > 0.0:
                 continue
             if (growth - after) * h > QUIET_FORCE * L[NORMAL + i] or lane == changed:
@@ -149,8 +209,19 @@ def log_maxima(kept: FloatArray, span: Span, peaks: FloatArray, S: FloatArray) -
     """Find and log the marked maxima."""
     for lane in range(kept.shape[1]):
         if kept[MARKS, lane] != 0.0:
-            x = find_fall(0.0, 1.0, kept[GROWTHS, lane], kept[MARKS, lane], lane, NORMAL_RATE, 1.0, span)
+            growth, after = kept[GROWTHS, lane], kept[MARKS, lane]
+            low, high = 0.0, 1.0
             kept[MARKS, lane] = 0.0
+            if growth * after > 0.0:
+                turn = kept[TURNS, lane]
+                between = at_place(turn, lane, NORMAL_RATE, span)
+                if between * growth >= 0.0:
+                    continue
+                if growth > 0.0:
+                    high, after = turn, between
+                else:
+                    low, growth = turn, between
+            x = find_fall(low, high, growth, after, lane, NORMAL_RATE, 1.0, span)
             log_peak(span.t + x * span.h, lane, at_place(x, lane, NORMAL, span), 0.0, peaks, S)
 
 

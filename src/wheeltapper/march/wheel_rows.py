@@ -35,7 +35,14 @@ the deck; the cells of the geometry's tables and of the creep law's curve."""
 force adds to its velocity."""
 (ROW_U, U_RATE, ROW_G, SLOPE, ARM, ROLLING, ROW_DELTA, DELTA_RATE, ROOT_C, ROOT_C_RATE) = _next_rows(10)
 (NORMAL, NORMAL_RATE, CUBE_ROOT) = _next_rows(3)
-"""Normal force N (its component along z), its rate, and N^(1/3)."""
+"""Normal force N (its component along z), its rate, and the cube root of its elastic part."""
+(GRIP, ROW_HOLD, GRIP_RATE, FORCE_GROWTH, TRUE_RATE, TRUE_SINKING) = _next_rows(6)
+"""Of a contact whose force depends on the indentation's rate: the ratio of the force to its elastic part, negative
+where it would pull; what is positive just where there is a force, m; and what `growths.py` found last: the rates of
+that ratio, of the force, of the indentation, and of the rail's deflection."""
+(FREE_DELTA, FREE_RATE, FREE_RAIL, FREE_RAIL_RATE, LATE_RATE, LAG_TIME) = _next_rows(6)
+"""Of such a contact on a rail that gives way: indentation, deflection and rates without what the force does to it; the
+rate that is a state, which follows late, and the time by which it does."""
 (STIFF_X, STIFF_Y, STIFF_SPIN, STIFF_TURN, ROW_FLATNESS) = _next_rows(5)
 """Kalker's coefficients at this force, and b/a."""
 (SLIP_X, SLIP_Y, SLIP_TURN, FX, FY, MZ, SHARE) = _next_rows(7)
@@ -51,3 +58,5 @@ GATHERED = (
     (VY, TO_RATE + asm.MOTION_Y), (VZ, TO_RATE + asm.MOTION_Z), (VROLL, TO_RATE + asm.ROLL),
     (VPITCH, TO_RATE + asm.PITCH), (VYAW, TO_RATE + asm.YAW),
 )  # fmt: skip
+FREED = ((ROW_DELTA, FREE_DELTA), (DELTA_RATE, FREE_RATE), (ROW_RAIL, FREE_RAIL), (RAIL_RATE, FREE_RAIL_RATE))
+"""What the forces on a rail that gives way change, and where it is held without that."""

@@ -20,6 +20,7 @@ import numpy as np
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import HALF, LANES
+from wheeltapper.march.contact_laws import apply_law
 from wheeltapper.march.fastsim import PARABOLIC, SHARE_ELLIPTIC, SHARE_PARABOLIC, fastsim
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
@@ -110,6 +111,8 @@ def paths_and_forces(t: float, data: FloatArray, plan: IntArray, kind: int, w: F
     count = plan[asm.CELLS_EACH]
     cells = plan[asm.AT_CELLS] + kind * count * asm.TABLES * asm.TABLE_TERMS
     normal_forces(data[asm.FIRST_SHIFT], data[asm.CELLS_PER_M], data, cells, count, L)
+    if data[asm.CONTACT_LAW] != asm.HERTZIAN:
+        apply_law(1.0 if kind == asm.FLANGE else 0.0, data, L)
 
 
 @kernel

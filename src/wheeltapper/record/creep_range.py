@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.profile.wheel_rail import WheelRail
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
-from wheeltapper.lower.patches import geometry_of, patch_tables
+from wheeltapper.lower.patches import elastic_of, geometry_of, patch_tables
 from wheeltapper.lower.wagon import LoweredWagon
 from wheeltapper.march import assembly as asm
 from wheeltapper.march.multibody import MultibodyMarch
@@ -24,7 +24,7 @@ def spin_use(scenario: Scenario, friction: float, radius: float, shift: FloatArr
     normal force.
     """
     tables = patch_tables(scenario.profiles, scenario.contact, radius)
-    nodes = geometry_of(scenario.profiles, radius, scenario.contact.rail_radius).shift
+    nodes = geometry_of(scenario.profiles, radius, elastic_of(scenario.contact).rail_radius).shift
     slope = np.gradient(tables[asm.TABLE_LIFT], nodes)
     use = tables[asm.SPIN] * np.abs(slope) / (radius * friction)
     return np.asarray(np.interp(shift, nodes, use))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK
+from wheeltapper.lower.wagon_on_rails import late_rates
 from wheeltapper.march.assembly import HALF, Assembly
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.tables import Units
@@ -61,7 +62,8 @@ def read(data: xr.Dataset, assembly: Assembly, scenario: Scenario) -> tuple[OnRa
         raise InputError("", "task_parts", f"nothing of {error.args[0]}", UNDAMAGED) from None
     nodes, fours = below.track.method.nodes, fours_of(len(below.track.places))
     coefficients = 2 * fours * HALF * nodes
-    expected = rails_array(nodes, fours, len(assembly.start) - coefficients, below.track.rolls)
+    moments = len(assembly.start) - late_rates(assembly) - coefficients
+    expected = rails_array(nodes, fours, moments, below.track.rolls)
     if not np.array_equal(assembly.rails, expected):
         raise InputError("", "assembly, rails", "those of another track", UNDAMAGED)
     try:

@@ -16,7 +16,16 @@ from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK
 from wheeltapper.lower.structure import structure_of
-from wheeltapper.lower.wagon import DECK, LONGEST, LoweredWagon, StateLayout, layout_of, lower_wagon
+from wheeltapper.lower.wagon import (
+    DECK,
+    LONGEST,
+    LoweredWagon,
+    StateLayout,
+    law_numbers,
+    layout_of,
+    lower_wagon,
+    started,
+)
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import program, run, telling, wheel_rows
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
@@ -37,6 +46,8 @@ LARGEST = 1e3
 """Largest plausible displacement (m, rad) or velocity (m/s, rad/s) in a file; a larger one is damage."""
 TURNS = 1e7
 """Largest number of times that a closed path may be repeated in a run."""
+HERTZIAN_NUMBERS = 20
+"""Numbers of an assembly in files of versions that knew Hertz's contact only."""
 ROWS_LIKE_A_WHEELS = "rows_like_a_wheels"
 """Attribute of files in which events and peaks have the columns that those of one wheel have."""
 OLD_EVENT_COLUMNS, OLD_PEAK_COLUMNS = [0, 1, 3, 2], [0, 2, 3, 1]
@@ -56,10 +67,10 @@ def _row_bytes(scenario: Scenario) -> float:
 def _lower(scenario: Scenario, method: str) -> LoweredWagon:
     extent.check_duration(scenario, scenario.duration / LONGEST, _row_bytes(scenario))
     if FLEXIBLE_TRACK not in scenario.needs:
-        return lower_wagon(scenario, method)
+        return started(lower_wagon(scenario, method), scenario)
     from wheeltapper.lower.wagon_on_rails import lower_wagon_on_rails
 
-    return lower_wagon_on_rails(scenario, method)
+    return started(lower_wagon_on_rails(scenario, method), scenario)
 
 
 def _teller(scenario: Scenario, lowered: LoweredWagon) -> Callable[[float], bool]:
@@ -248,7 +259,12 @@ def _assembly(data: xr.Dataset) -> Assembly:
 
 
 def _of_this_version(A: Assembly) -> Assembly:
-    """Return an assembly of any version; earlier ones had dampings where corners now have rates, and no friction."""
+    """Return an assembly of any version.
+
+    Earlier ones had dampings where corners now have rates, no dry friction, and no contact but Hertz's.
+    """
+    if len(A.numbers) == HERTZIAN_NUMBERS:
+        A = A._replace(numbers=np.append(A.numbers, [asm.HERTZIAN, 0.0]))
     if A.element_inside.shape != (len(A.element_inside), 2) or A.corners.shape != (len(A.corners), 2):
         return A
     _check_spans("element_corners", A.element_corners, len(A.element_inside), len(A.corners))
@@ -299,12 +315,14 @@ def _check_numbers(A: Assembly, scenario: Scenario, layout: StateLayout, treads:
     creep = scenario.creep
     chosen = asm.NO_CREEP if creep is None else asm.CURVE
     cells, strips = 0, 0
+    law, loss = law_numbers(scenario)
     if isinstance(creep, Fastsim):
         chosen, cells, strips = asm.STRIPS, creep.cells, creep.strips
     expected = {
         asm.SPEED: scenario.speed, asm.RUN_END: scenario.duration, asm.TREADS: treads,
         asm.DECK: len(layout.bodies) - 1 if layout.bodies[-1] not in scenario.vehicle.names else -1,
-        asm.CREEP: chosen, asm.STRIP_CELLS: cells, asm.STRIP_COUNT: strips,
+        asm.CREEP: chosen, asm.STRIP_CELLS: cells, asm.STRIP_COUNT: strips, asm.CONTACT_LAW: law,
+        asm.MATERIAL_LOSS: loss,
     }  # fmt: skip
     for place, value in expected.items():
         check("assembly, numbers", A.numbers[[place]], A.numbers[place] == value, f"{value:g}, as in the scenario")

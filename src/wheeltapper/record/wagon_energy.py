@@ -2,7 +2,8 @@
 
 Change of (kinetic + elastic) = works of the loads, of the irregularity, of the changing shape of the contacts and of
 the drive, less the energy that dampers, the contacts' friction and dry friction in elements dissipate. The elastic
-energy of a contact is 0.4·N·δ. If its
+energy of a contact is 0.4·N·δ, 0.5·N·δ of a linear one. What a contact with hysteresis takes
+beyond that is dissipated, also where it recovers without a force. If its
 constant changes because the wheel shifts or the curvature of the rail varies, the shape of the contact does work. The
 drive keeps the speed constant; it does the work of the creep forces that the slip does not dissipate.
 """
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ground.needs import HYSTERESIS
 from wheeltapper.lower.wagon import DECK, LoweredWagon
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import run
@@ -26,9 +28,9 @@ if TYPE_CHECKING:
     from wheeltapper.march.multibody import MultibodyMarch
 
 FloatArray = NDArray[np.float64]
-SIGNS = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0])
-"""Sign with which each work of `march.replay` (load, path, shape, damper, friction, drive, stand-in, rails, sliders)
-enters the change of energy."""
+SIGNS = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
+"""Sign with which each work of `march.replay` (load, path, shape, damper, friction, drive, stand-in, rails, sliders,
+material) enters the change of energy."""
 EVERY = 16
 """At the end of each run one step in this many is checked. A check repeats the step, which costs more than its march
 did."""
@@ -95,7 +97,7 @@ def balance(
     from wheeltapper.march import replay
 
     done, _, contacts = works
-    sliders = lowered.structure.sliders
+    sliders, lossy = lowered.structure.sliders, HYSTERESIS in scenario.needs
     kinetic, springs = _stored_energies(lowered, np.vstack([march.states, march.state]), scenario)
     elastic = springs[-1] - springs[0] + contacts[-1, 1] - contacts[0, 0]
     jumps = float((contacts[1:, 0] - contacts[:-1, 1]).sum())
@@ -110,6 +112,9 @@ def balance(
         "kinetic": (kinetic[-1] - kinetic[0], "change of kinetic energy"),
         "elastic": (elastic, "change of elastic energy of contacts and springs"),
         "dissipated": (total[replay.DAMPER_POWER], "energy dissipated in dampers"),
+        **(
+            {"dissipated_contact": (total[replay.MATERIAL_POWER], "energy dissipated in the contacts")} if lossy else {}
+        ),
         "friction": (total[replay.FRICTION_POWER], "energy dissipated by friction in the contacts"),
         **({"element_friction": (rubbed, "energy dissipated by dry friction in elements")} if sliders else {}),
         "work_of_load": (load, "work of the static loads"),

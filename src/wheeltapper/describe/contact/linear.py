@@ -15,7 +15,8 @@ class Linear(Contact):
     Parameters
     ----------
     stiffness
-        k_H per wheelset, N/m; (3/2)·C·sqrt(δ0) linearises a Hertz contact at its static indentation δ0.
+        k_H per wheelset, of which each wheel of a wagon has half, N/m; (3/2)·C·sqrt(δ0) linearises a Hertz contact at
+        its static indentation δ0.
     bilateral
         True: the contact also pulls (N < 0) and is never lost, as in the models that the paper criticises.
         False: it can only push.

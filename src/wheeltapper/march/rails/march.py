@@ -20,8 +20,10 @@ from wheeltapper.march import multibody, passing, searching, telling
 from wheeltapper.march.assembly import HALF, Assembly
 from wheeltapper.march.general.by_address import ByAddress
 from wheeltapper.march.general.structure import ComplexArray
+from wheeltapper.march.growths import find_growths, is_lossy
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import MultibodyMarch, RailLog
+from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import DONE, FULL, SOFT, FloatArray, IntArray
 from wheeltapper.march.rail_motion import enter_macro_step
 from wheeltapper.march.rails.modes import (
@@ -34,7 +36,8 @@ from wheeltapper.march.rails.modes import (
     tables_of,
     write_rails,
 )
-from wheeltapper.march.rates import contact_forces
+from wheeltapper.march.rates import rates
+from wheeltapper.march.stepping import FIRST_STAGE
 
 
 class OnRails(NamedTuple):
@@ -121,9 +124,12 @@ def rails_kernel(
         searching.keep_contacts(wheels, kept)
         hardest = passing.pass_breaks(now, data, plan, wheels)
         contact_forces(now, data, plan, w, wheels)
-        passing.switch_contacts(now, multibody.SAME * data[asm.STATIC_INDENTATION], wheels, events, S)
+        passing.switch_contacts(now, multibody.SAME, data, wheels, events, S)
         contact_forces(now, data, plan, w, wheels)
         S[passing.ANEW] = 1.0
+        if hardest != SOFT and is_lossy(data):
+            rates(now, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], True)
+            find_growths(now, data, plan, w, K[FIRST_STAGE], wheels)
         if hardest != SOFT:
             searching.log_corners(now, data[asm.PULSE], wheels, kept, peaks, S)
             S[passing.NEXT_LENGTH] = passing.FIRST_STEP * data[asm.PULSE]
@@ -169,12 +175,16 @@ def march(task: OnRails, tell: telling.Tell = telling.report_nothing) -> Multibo
 
 
 def _with_moments(A: Assembly, tables: RailTables) -> FloatArray:
-    """Return the reciprocal error scales of all states; a moment's is that of the deflection that it makes."""
+    """Return the reciprocal error scales of all states; a moment's is that of the deflection that it makes.
+
+    That of an indentation's rate, where it is a state, is that of the force that it makes.
+    """
     begin = int(A.rails[asm.RAIL_STATES])
-    one = (len(A.scales) - begin) // 2
+    one = int(A.rails[asm.RAIL_FOURS] * A.rails[asm.RAIL_NODES]) * HALF
+    late = len(A.scales) - begin - 2 * one
     largest = np.abs(tables.answers).max(axis=0).reshape(-1, one, one).max(axis=(0, 2))
     most = largest / A.numbers[asm.STATIC_INDENTATION]
-    return np.concatenate([A.scales[:begin], most, most])
+    return np.concatenate([A.scales[:begin], most, most, np.full(late, A.numbers[asm.MATERIAL_LOSS])])
 
 
 def ways_of(rails: FloatArray) -> FloatArray:
