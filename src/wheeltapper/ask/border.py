@@ -96,7 +96,10 @@ class _Plane:
 
     def margin(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the margin in m at each pair of values."""
-        if run.choose(run.BORDER, self.scenario.needs) is not run.WHEEL:
+        marcher = run.choose(run.BORDER, self.scenario.needs)
+        if marcher in (run.WAGON, run.WAGON_ON_RAILS):
+            return self._margin_by_records(x, y)
+        if marcher is not run.WHEEL:
             return self._margin_on_rails(x, y)
         from wheeltapper.lower.many import LoweredCells
 
@@ -113,11 +116,21 @@ class _Plane:
         many = CellsOnRails(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
         if not run.tasks_are_ready(many.tasks[0], alone=True):
             say_that_it_compiles(run.GENERAL.name)
-        found = run.margins_on_rails(many.tasks, self.losses, self.threads)
+        return self._whole(run.margins_on_rails(many.tasks, self.losses, self.threads)).reshape(x.shape)
+
+    def _margin_by_records(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        from wheeltapper.ask.by_records import margins_by_records
+
+        changed = {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}
+        found = margins_by_records(self.scenario, changed, self.method, self.losses, self.threads)
+        return self._whole(found).reshape(x.shape)
+
+    def _whole(self, found: FloatArray) -> FloatArray:
+        """Return margins as they are; warn of those that are not known."""
         broken = int(np.isnan(found).sum())
         if broken:
             warn_caller(f"{broken} of {len(found)} runs broke off; where they are no border is drawn")
-        return found.reshape(x.shape)
+        return found
 
     def border_curves(self, x: FloatArray, y: FloatArray) -> list[FloatArray]:
         """Return the curves as arrays (points, 2): those of the grid, each point moved to the root on its line."""

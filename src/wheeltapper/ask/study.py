@@ -32,7 +32,7 @@ BESIDE = 1e-12
 """As good as zero, and not zero: in SI units, and far below what is plausible."""
 RESERVED = ("status", "parameter", "wheelset", "cell", "gradient_status", "amplification", "condition")
 """Names of variables that every chart has; no feature may have one of them."""
-DERIVED = ("_gradient", "_elasticity", "_angle")
+DERIVED = ("_gradient", "_gradient_error", "_elasticity", "_angle")
 """Endings that follow a feature's name in the names of its derivatives."""
 Sampling = Literal["sobol", "latin hypercube"]
 Asked = str | Feature | Sequence[str | Feature]

@@ -140,7 +140,7 @@ def gradient(
         scenario, here, features, gradient=tuple(parameters), zipped=True, method=method, chaos_limit=chaos_limit,
         question=run.GRADIENT,
     )  # fmt: skip
-    computed = compute_cells(asked, asked.changed_values(), 1)
+    computed = compute_cells(asked, asked.changed_values(), core_count() if asked.by_records else 1)
     computed.check_refusals()
     warn_of(note.sentence_of(1) for note in computed.notes)
     found = chart_dataset(asked, computed).isel(cell=0)

@@ -191,8 +191,10 @@ TRACK = Question(
 COMFORT = Question("comfort", "ride comfort", (WAGON, WAGON_ON_RAILS))
 GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON, WAGON_ON_RAILS))
 SWEEP = Question("sweep", "features over many cells", (WHEEL, *MAPPED, WAGON, WAGON_ON_RAILS))
-GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL, *TURNED), frozenset({YIELDING}))
-BORDER = Question("border", "where contact begins to be lost", (WHEEL, *UNDAMPED))
+GRADIENT = Question(
+    "gradient", "derivatives of features", (WHEEL, *TURNED, WAGON, WAGON_ON_RAILS), frozenset({YIELDING})
+)
+BORDER = Question("border", "where contact begins to be lost", (WHEEL, *UNDAMPED, WAGON, WAGON_ON_RAILS))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
 TRAJECTORY = Question("trajectory", "these with exact derivatives", (WHEEL,), others=("simulate", "motion_at"))
 DIAGNOSE = Question("diagnose", "the faults that a site's recordings show", WHEELS, _SPOT, _SITE)
@@ -616,6 +618,13 @@ def margins_on_rails(tasks: Sequence[Task], losses: int, threads: int) -> FloatA
     from wheeltapper.march.general.margin import margins_of
 
     return margins_of(tasks, losses, threads)
+
+
+def margin_of_wagon(program: Assembly | OnRails, found: MultibodyMarch, losses: int) -> float:
+    """Return how far a march is from the `losses`-th loss of any of a wagon's treads, m; negative beyond it."""
+    from wheeltapper.march.wagon_margin import margin_of
+
+    return margin_of(_without_rails(program), found, losses)
 
 
 def tasks_are_ready(task: Task, alone: bool) -> bool:
