@@ -40,9 +40,9 @@ CORNER = 0.7
 half or less where values are smooth, and one at a corner."""
 SMALLEST_CORNER, SMALLEST_KINK = 1e-5, 1e-7
 """A corner counts if the slopes differ by so much of the slope, and the values by so much of themselves."""
-LARGE, LARGER = 1e-7, 16.0
-"""Of a number that is zero, whose size nobody knows: the relative change of a value that is large enough, and the ratio
-of the steps until then."""
+LEAST, LARGER, LARGEST, LARGE = 1e-9, 16.0, 1e8, 1e-4
+"""Of a number that is zero, whose size nobody knows: the first step that is tried, the ratio of one to the next, the
+largest, and the relative change of a value that is large enough."""
 
 
 class Slope(NamedTuple):
@@ -126,21 +126,20 @@ class _Stencil:
         self.is_one_sided = False
 
     def first_quotients(self) -> _Quotients | None:
-        """Return those over the first step that is small enough; of a number that is zero, also large enough."""
-        step = FIRST * abs(self.at) if self.at else 1.0
-        for _ in range(TRIALS if self.at else 2 * TRIALS):
-            found = self.quotients(step)
-            if found is not None:
-                return found if self.at else self._large_enough(found)
-            step /= SMALLER
-        return None
+        """Return those over the first step that is small enough."""
+        if self.at == 0.0:
+            return self._large_enough()
+        steps = (FIRST * abs(self.at) / SMALLER**trial for trial in range(TRIALS))
+        return next((found for step in steps if (found := self.quotients(step)) is not None), None)
 
-    def _large_enough(self, found: _Quotients) -> _Quotients:
-        for _ in range(TRIALS):
-            larger = self.quotients(LARGER * found.step)
-            if larger is None or np.any(np.abs(found.slope * found.step) > LARGE * np.abs(self.here)):
-                break
+    def _large_enough(self) -> _Quotients | None:
+        """Return those over the first step that changes a value enough, or the largest that is small enough."""
+        found, larger = None, self.quotients(LEAST)
+        while larger is not None:
             found = larger
+            if found.step > LARGEST or np.any(np.abs(found.slope * found.step) > LARGE * np.abs(self.here)):
+                break
+            larger = self.quotients(LARGER * found.step)
         return found
 
     def quotients(self, step: float) -> _Quotients | None:

@@ -7,6 +7,7 @@ in it in the same order. Where it does not, there is no derivative, and a note s
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import groupby
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ from wheeltapper.lower.fields import Fields
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.assembly import MOTION_Z, TO_RATE
+from wheeltapper.march.assembly import TO_RATE
 from wheeltapper.record.kinds import kind_of
 from wheeltapper.record.record import Record
 from wheeltapper.record.simulate import side_by_side
@@ -43,10 +44,10 @@ errors of their steps where the number of these depends on a field; so they do b
 SMALL = 1e-6
 """Change of the start by whose growth the amplification is found, in static indentations."""
 OTHER_ORDER = (
-    "as little as the field is changed, other contacts are lost or made, or other corners of elements passed, or in "
-    "another order"
+    "as little as that changes, other contacts are lost or made, or corners of elements passed, or in another order"
 )
-CORNER = "its slopes on both sides of the field's value differ"
+CORNER = "its slopes on both sides differ"
+"""Why there is no derivative."""
 
 
 class _Run(NamedTuple):
@@ -91,7 +92,7 @@ def slopes_of_records(asked: Study, changed: dict[str, FloatArray], threads: int
     scenarios = {cell: scenario_of_cell(asked, changed, cell) for cell in whole}
     smooth = tuple(feature for feature in asked.features if feature.differentiable)
     rows = [row for row, feature in enumerate(asked.features) if feature.differentiable]
-    bases, notes = dict[int, _Run](), list[Note]()
+    bases, missing = dict[int, _Run](), list[tuple[int, int, str, int]]()
 
     def begin(cell: int) -> None:
         bases[cell] = _strict_run(scenarios[cell], smooth)
@@ -114,24 +115,29 @@ def slopes_of_records(asked: Study, changed: dict[str, FloatArray], threads: int
         lost = np.isnan(slope.value) & ~np.isnan(base.values)
         if lost.any():
             trust[cell] = status_of.NOT_DIFFERENTIABLE
-        notes.extend(_missing_notes(smooth, path, lost, slope))
+            missing.extend((cell, *which, number) for which in _reasons(lost, slope))
 
     if smooth:
         count = progress_counter("derivatives", len(whole) * (1 + len(asked.gradient)))
         side_by_side(begin, whole, threads, lambda: count(1))
         tasks = [(cell, number) for cell in whole for number in range(len(asked.gradient))]
         side_by_side(differentiate, tasks, threads, lambda: count(1))
-    shared = shared_notes((*plain.notes, *(Shared(note, 1) for note in sorted(notes))))
+    shared = shared_notes((*plain.notes, *(Shared(note, 1) for note in _missing_notes(asked, smooth, missing))))
     return replace(plain, gradient=gradient, error=error, trust=trust, amplification=growth, notes=shared)
 
 
-def _missing_notes(features: tuple[Feature, ...], path: str, lost: NDArray[np.bool_], slope: Slope) -> list[Note]:
-    """Return notes on features without a derivative by a field, with the reason."""
+def _reasons(lost: NDArray[np.bool_], slope: Slope) -> list[tuple[int, str]]:
+    """Return the features without a derivative, by number, with the reason."""
+    rows = [row for row in range(len(lost)) if lost[row].any()]
+    return [(row, CORNER if slope.at_corner[row][lost[row]].any() else OTHER_ORDER) for row in rows]
+
+
+def _missing_notes(asked: Study, features: tuple[Feature, ...], missing: list[tuple[int, int, str, int]]) -> list[Note]:
+    """Return notes on what has no derivative, from (cell, feature, reason, field): one for each of the first three."""
     out = []
-    for feature, missing, corner in zip(features, lost, slope.at_corner, strict=True):
-        if missing.any():
-            why = CORNER if corner[missing].all() else OTHER_ORDER
-            out.append(Note(f"{feature.name} has no derivative by {path}: {why}", f"no derivative of {feature.name}"))
+    for (_, row, why), group in groupby(sorted(missing), key=lambda one: one[:3]):
+        name, paths = features[row].name, ", ".join(asked.gradient[one[3]] for one in group)
+        out.append(Note(f"{name} has no derivative by {paths}: {why}", f"no derivative of {name}"))
     return out
 
 
@@ -145,11 +151,12 @@ def _gentlest_and_growth(scenario: Scenario, march: MultibodyMarch) -> tuple[flo
     length, time = float(A.numbers[asm.STATIC_INDENTATION]), float(A.numbers[asm.PULSE])
     gentlest = float(np.abs(march.events[:, contract.EVENT_RATE]).min(initial=np.inf)) * time / length
     scales, places = A.scales[: layout.state_count], layout.displacement_places
-    heights = [at for at, (body, motion) in zip(places, layout.motions, strict=True) if motion == "z" and body.startswith("wheelset ")]
+    named = zip(places, layout.motions, strict=True)
+    heights = np.array([at for at, (body, motion) in named if motion == "z" and body.startswith("wheelset ")])
     growth = 0.0
-    for rate in (0, TO_RATE):
+    for moved in (heights, heights + TO_RATE):
         change = np.zeros(layout.state_count)
-        change[np.array(heights) + rate] = SMALL / scales[np.array(heights) + rate]
+        change[moved] = SMALL / scales[moved]
         other = _strict_run(scenario, (), change).march
         grown = (other.state - march.state)[: layout.state_count] * scales
         growth = max(growth, float(np.linalg.norm(grown) / np.linalg.norm(change * scales)))
