@@ -67,7 +67,9 @@ def test_where_contact_begins_to_be_lost_there_is_no_derivative_and_close_to_it_
     assert np.isnan(found.largest_force_gradient).all()
     (note,) = (note for note in json.loads(found.notes) if "no derivative" in note)
     assert note.startswith(f"largest_force has no derivative by {HEIGHT}, {MASS}: as little as that changes, other")
-    near, far = (wt.gradient(DIP.replaced({HEIGHT: onset * more}), ["time_in_air"], [HEIGHT]) for more in (1.0000001, 1.2))
+    near, far = (
+        wt.gradient(DIP.replaced({HEIGHT: onset * more}), ["time_in_air"], [HEIGHT]) for more in (1.0000001, 1.2)
+    )
     assert (status_of(near), status_of(far)) == ("grazing", "by_differences")
 
 

@@ -11,6 +11,7 @@ from wheeltapper.ask.cells import REFUSED, STATUS_OF_MARCH, ComputedCells
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.ground.progress import progress_counter
+from wheeltapper.march import assembly as asm
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record.kinds import kind_of
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from wheeltapper.describe.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
+ROUNDING = 1e-9
+"""Margin, in static indentations, that is none. Where a path has a corner and a wheel just touches there, a march may
+stall; it then has found where contact begins to be lost."""
 
 
 def scenario_of_cell(asked: Study, changed: dict[str, FloatArray], cell: int) -> Scenario:
@@ -71,8 +75,10 @@ def margins_by_records(
     def march_cell(cell: int) -> None:
         lowered = kind.lower(scenario.replaced({path: float(values[cell]) for path, values in changed.items()}), method)
         march = run.march(lowered.program)
-        if march.status == contract.DONE:
-            out[cell] = run.margin_of_wagon(lowered.program, march, losses)
+        margin = run.margin_of_wagon(lowered.program, march, losses)
+        none = ROUNDING * float(lowered.assembly.numbers[asm.STATIC_INDENTATION])
+        if march.status == contract.DONE or (march.status == contract.STALLED and abs(margin) < none):
+            out[cell] = margin
 
     if cells and not run.is_ready(kind.lower(scenario, method).program):
         say_that_it_compiles(run.choose(run.BORDER, scenario.needs).name)

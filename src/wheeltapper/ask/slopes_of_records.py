@@ -77,8 +77,8 @@ def _happened(march: MultibodyMarch) -> bytes:
     """Return what happens to each contact and in each element, in order, and how the run ended."""
     by_contact = np.argsort(march.events[:, contract.EVENT_CONTACT], kind="stable")
     told = [np.array([march.status]), march.events[by_contact][:, [contract.EVENT_CONTACT, contract.EVENT_KIND]]]
-    for pieces in march.steps[:, asm.STEP_ELEMENTS :].T:
-        told.append(pieces[np.append(True, pieces[1:] != pieces[:-1])])
+    elements = march.steps[:, asm.STEP_ELEMENTS :].T
+    told += [pieces[np.append(True, pieces[1:] != pieces[:-1])] for pieces in elements]
     return b"|".join(np.ascontiguousarray(part).tobytes() for part in told)
 
 

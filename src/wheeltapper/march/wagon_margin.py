@@ -25,6 +25,7 @@ WITHIN = np.array([0.0, 0.25, 0.5, 0.75])
 NEAR = 0.05
 """Minima are located where the readings are so near to the smallest of them, in static indentations."""
 BOTH = np.array([ROW_DELTA, DELTA_RATE])
+KINDS = contract.LOSS, contract.IMPACT
 
 
 def margin_of(assembly: Assembly, found: MultibodyMarch, losses: int) -> float:
@@ -63,7 +64,7 @@ def _treads(assembly: Assembly) -> IntArray:
 def _window(found: MultibodyMarch, lane: int, losses: int, times: FloatArray) -> IntArray:
     """Return the readings among which a tread's margin is: those of a flight, or of a contact."""
     events = found.events[found.events[:, contract.EVENT_CONTACT] == lane]
-    lost, hit = (events[events[:, contract.EVENT_KIND] == kind, contract.EVENT_TIME] for kind in (contract.LOSS, contract.IMPACT))
+    lost, hit = (events[events[:, contract.EVENT_KIND] == kind, contract.EVENT_TIME] for kind in KINDS)
     if len(lost) >= losses:
         until = hit[losses - 1] if len(hit) >= losses else np.inf
         return np.flatnonzero((times >= lost[losses - 1]) & (times <= until))
