@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.cells import REFUSED, STATUS_OF_MARCH, ComputedCells
+from wheeltapper.ask.margin_of_wheels import margin_of
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.ground.progress import progress_counter
@@ -75,7 +76,7 @@ def margins_by_records(
     def march_cell(cell: int) -> None:
         lowered = kind.lower(scenario.replaced({path: float(values[cell]) for path, values in changed.items()}), method)
         march = run.march(lowered.program)
-        margin = run.margin_of_wagon(lowered.program, march, losses)
+        margin = margin_of(lowered.assembly, march, losses)
         none = ROUNDING * float(lowered.assembly.numbers[asm.STATIC_INDENTATION])
         if march.status == contract.DONE or (march.status == contract.STALLED and abs(margin) < none):
             out[cell] = margin

@@ -2,8 +2,8 @@
 
 A run with its own step control is a smooth function of each number in it, as long as the same happens in it in the same
 order, but for a scatter by the errors of its steps. So symmetric differences over steps h, h/2, h/4, … are extrapolated
-to h = 0 (Romberg's table). Of the table's entries each value takes the one whose neighbours agree best, the scatter over
-the step added (Ridders 1982, Advances in Engineering Software 4, 75). The scatter is measured, by a step so small that
+to h = 0 (Romberg's table). Of its entries each value takes the one whose neighbours agree best, the scatter over the
+step added (Ridders 1982, Advances in Engineering Software 4, 75). The scatter is measured, by a step so small that
 nothing else is left of the second difference.
 """
 

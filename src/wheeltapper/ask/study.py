@@ -103,7 +103,7 @@ class Study:
     @property
     def by_records(self) -> bool:
         """Whether each cell is a run with a record of its own: there are no tables that cells could share."""
-        return self.marcher in (run.WAGON, run.WAGON_ON_RAILS)
+        return self.marcher.is_of_wagons
 
     @property
     def wheel_axes(self) -> dict[str, list[int] | list[str]]:

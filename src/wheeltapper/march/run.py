@@ -87,6 +87,11 @@ class Marcher:
         """Whether it is the general march, perhaps of less than it covers."""
         return self.name == GENERAL.name
 
+    @property
+    def is_of_wagons(self) -> bool:
+        """Whether it is a wagon's march, perhaps of less than it covers: it marches each cell of a map alone."""
+        return self.name in (WAGON.name, WAGON_ON_RAILS.name)
+
 
 _ONE_WHEEL = frozenset({DECK, DECK_ENDS, IRREGULARITY, POINT, START})
 WHEEL = Marcher("the wheelset's march", _ONE_WHEEL | {LINEAR, BILATERAL, HYSTERESIS})
@@ -133,6 +138,10 @@ def _as_simulated(*lacks: Need) -> tuple[Marcher, ...]:
 MAPPED = _as_simulated()
 UNDAMPED = _as_simulated(HYSTERESIS, BILATERAL)
 """The general march of contacts that lose their force where they part, and only there."""
+UNDAMPED_WAGONS = tuple(
+    Marcher(one.name, one.covers - {HYSTERESIS, BILATERAL}, one.requires) for one in (WAGON, WAGON_ON_RAILS)
+)
+"""The wagon's marches of such contacts."""
 TURNED = _as_simulated(ANOMALY, DAMPER_PLAY, *KINKS)
 """The general march of contacts that all go along the track."""
 
@@ -194,7 +203,7 @@ SWEEP = Question("sweep", "features over many cells", (WHEEL, *MAPPED, WAGON, WA
 GRADIENT = Question(
     "gradient", "derivatives of features", (WHEEL, *TURNED, WAGON, WAGON_ON_RAILS), frozenset({YIELDING})
 )
-BORDER = Question("border", "where contact begins to be lost", (WHEEL, *UNDAMPED, WAGON, WAGON_ON_RAILS))
+BORDER = Question("border", "where contact begins to be lost", (WHEEL, *UNDAMPED, *UNDAMPED_WAGONS))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
 TRAJECTORY = Question("trajectory", "these with exact derivatives", (WHEEL,), others=("simulate", "motion_at"))
 DIAGNOSE = Question("diagnose", "the faults that a site's recordings show", WHEELS, _SPOT, _SITE)
@@ -618,13 +627,6 @@ def margins_on_rails(tasks: Sequence[Task], losses: int, threads: int) -> FloatA
     from wheeltapper.march.general.margin import margins_of
 
     return margins_of(tasks, losses, threads)
-
-
-def margin_of_wagon(program: Assembly | OnRails, found: MultibodyMarch, losses: int) -> float:
-    """Return how far a march is from the `losses`-th loss of any of a wagon's treads, m; negative beyond it."""
-    from wheeltapper.march.wagon_margin import margin_of
-
-    return margin_of(_without_rails(program), found, losses)
 
 
 def tasks_are_ready(task: Task, alone: bool) -> bool:

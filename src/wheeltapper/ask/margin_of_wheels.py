@@ -8,17 +8,22 @@ The indentation is that of the dense solution; its smallest value is where its r
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import program as contract
-from wheeltapper.march.assembly import Assembly
-from wheeltapper.march.multibody import MultibodyMarch
-from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.replay import replay
+from wheeltapper.march import run
 from wheeltapper.march.wheel_rows import DELTA_RATE, ROW_DELTA
+
+if TYPE_CHECKING:
+    from wheeltapper.march.assembly import Assembly
+    from wheeltapper.march.multibody import MultibodyMarch
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 WITHIN = np.array([0.0, 0.25, 0.5, 0.75])
 """Places in a step at which the indentation is read first."""
@@ -32,7 +37,7 @@ def margin_of(assembly: Assembly, found: MultibodyMarch, losses: int) -> float:
     """Return how far a march is from the `losses`-th loss of any of its treads, m; negative where it happened."""
     begins, lengths = found.steps[:, asm.STEP_TIME], found.steps[:, asm.STEP_LENGTH]
     times = np.append((begins[:, None] + lengths[:, None] * WITHIN).ravel(), found.end)
-    read = replay(assembly, found, times, BOTH)[2]
+    read = run.replay(assembly, found, times, BOTH)[2]
     out = float(assembly.numbers[asm.STATIC_INDENTATION])  # of contacts without an impact before that loss
     ends: list[tuple[int, int]] = []
     for lane in _treads(assembly):
@@ -81,7 +86,7 @@ def _smallest(
 
     def read(at: FloatArray, lane: FloatArray, row: int) -> FloatArray:
         order = np.argsort(at, kind="stable")
-        values = replay(assembly, found, np.ascontiguousarray(at[order]), BOTH)[2]
+        values = run.replay(assembly, found, np.ascontiguousarray(at[order]), BOTH)[2]
         out = np.empty(len(at))
         out[order] = values[np.arange(len(at)), row, lane[order].astype(np.int64)]
         return out
