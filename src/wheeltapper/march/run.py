@@ -38,6 +38,7 @@ from wheeltapper.ground.needs import (
     PROFILES,
     SEVERAL_BODIES,
     START,
+    VOID,
     WHEELSETS,
     YIELDING,
     Need,
@@ -107,14 +108,14 @@ WAGON = Marcher(
 )
 WAGON_ON_RAILS = Marcher(
     "the wagon's march on rails",
-    frozenset({SEVERAL_BODIES, FLEXIBLE_TRACK, CREEP, PROFILES, PLACES, IRREGULARITY, POINT}),
+    frozenset({SEVERAL_BODIES, FLEXIBLE_TRACK, ANOMALY, CREEP, PROFILES, PLACES, IRREGULARITY, POINT}),
     frozenset({SEVERAL_BODIES, FLEXIBLE_TRACK}),
 )  # fmt: skip
 GENERAL = Marcher(
     "the general march",
     frozenset({
-        DAMPER_END, DAMPER_PLAY, DECK, FLEXIBLE_TRACK, ANOMALY, WHEELSETS, BOGIE, YIELDING, OWN_LAW, LINEAR, BILATERAL,
-        HYSTERESIS, PLACES, IRREGULARITY, POINT, START, *KINKS,
+        DAMPER_END, DAMPER_PLAY, DECK, FLEXIBLE_TRACK, ANOMALY, VOID, WHEELSETS, BOGIE, YIELDING, OWN_LAW, LINEAR,
+        BILATERAL, HYSTERESIS, PLACES, IRREGULARITY, POINT, START, *KINKS,
     }),
 )  # fmt: skip
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
@@ -142,7 +143,7 @@ UNDAMPED_WAGONS = tuple(
     Marcher(one.name, one.covers - {HYSTERESIS, BILATERAL}, one.requires) for one in (WAGON, WAGON_ON_RAILS)
 )
 """The wagon's marches of such contacts."""
-TURNED = _as_simulated(ANOMALY, DAMPER_PLAY, *KINKS)
+TURNED = _as_simulated(ANOMALY, VOID, DAMPER_PLAY, *KINKS)
 """The general march of contacts that all go along the track."""
 
 
