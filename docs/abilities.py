@@ -20,14 +20,14 @@ covers is refused with one sentence: what is not covered, and what would do.
 
    import wheeltapper as wt
 
-   coach = wt.Scenario(vehicle=wt.Wagon.erri_b176(), speed=20.0, duration=0.1)
+   wheelset = wt.Scenario(vehicle=wt.Wheelset(mass=1500, load=91_307), speed=20.0, duration=0.1)
    try:
-       wt.gradient(coach, ["largest_force"], ["speed"])
+       wt.modes(wheelset)
    except wt.InputError as error:
        refused = error
 
    assert str(refused) == (
-       "vehicle: found a Wagon, which `gradient` does not take; allowed: a Wheelset; `simulate` takes it"
+       "vehicle: found a Wheelset, which `modes` does not take; allowed: a Wagon"
    )
 
 This page is written from the data that choose and refuse. "Yes": the question takes it; "only": it makes no sense

@@ -50,7 +50,7 @@ def run(track, **more):
                 wt.Scenario(vehicle=wt.Wheelset(mass=1200, load=188e3), speed=20.0, duration=0.1, track=ballasted(PAD)),
                 [wt.features.largest_force()], ["vehicle.mass"],
             ),
-            ["track", "anomalies of the track, which `gradient` does not take"],
+            ["track.anomalies", "anomalies of the track together with a Wheelset, which `gradient` does not take"],
         ),
     ],
 )  # fmt: skip

@@ -118,19 +118,28 @@ def scene(**fields):
     )
 
 
-def test_a_wagon_on_a_track_with_anomalies_is_refused_by_the_door():
-    coach, track = wt.Wagon.erri_b176(), wt.tracks.Ballasted(**EXAMPLE, anomalies=wt.tracks.HangingSleeper(seat=3))
+def test_a_wagon_on_a_track_with_voids_is_refused_by_the_door():
+    hanging = wt.tracks.HangingSleeper(seat=3, void=1e-3)
+    coach, track = wt.Wagon.erri_b176(), wt.tracks.Ballasted(**EXAMPLE, anomalies=hanging)
     with pytest.raises(wt.InputError) as caught:
         scene(vehicle=coach, track=track)
     expected = run.refusal(run.SIMULATE, coach.needs | track.needs)
     assert (caught.value.found, caught.value.allowed) == (expected.found, expected.allowed)
-    assert "anomalies of the track" in str(caught.value)
+    assert "a void under a sleeper" in str(caught.value)
+
+
+def test_anomalies_that_no_wheel_of_a_wagon_comes_near_are_refused():
+    track = wt.tracks.Ballasted(**EXAMPLE, bays=90, anomalies=wt.tracks.MissingPad(seat=30))
+    with pytest.raises(
+        wt.InputError, match=r"track\.anomalies\.0\.seat: found 30, at x = .* near the way of the wheels"
+    ):
+        wt.simulate(scene(vehicle=wt.Wagon.erri_b176(), track=track, duration=0.001))
 
 
 def test_what_a_wagon_on_rails_is_not_asked_is_refused_by_name():
     coach = scene(vehicle=wt.Wagon.erri_b176(), track=wt.tracks.Ballasted(**EXAMPLE, bays=90), duration=0.001)
-    with pytest.raises(wt.InputError, match="vehicle: found a Wagon, which `gradient` does not take"):
-        wt.gradient(coach, ["time_in_air"], ["speed"])
+    with pytest.raises(wt.InputError, match="track: found rails on sleepers, which `modes` does not take"):
+        wt.modes(coach)
 
 
 def test_on_rails_a_wheelset_has_one_wheel_or_two():

@@ -62,15 +62,3 @@ def test_a_cell_that_cannot_be_is_refused_and_the_others_are_told():
     assert [STATUS[number] for number in found.status.values] == ["complete", "refused"]
     assert np.isnan(found.largest_force.values[..., 1]).all()
     assert np.isfinite(found.largest_force.values[..., 0]).all()
-
-
-@pytest.mark.parametrize(
-    "call",
-    [
-        lambda: wt.sweep(SCENE, {"speed": [15.0, 20.0]}, ASKED, gradient=True),
-        lambda: wt.border(SCENE, {"speed": [15.0, 20.0], MASS: [1700.0, 1813.0]}),
-    ],
-)
-def test_gradients_and_borders_of_wagons_are_refused(call):
-    with pytest.raises(wt.InputError, match=r"^vehicle: found a Wagon, which `[a-z]+` does not take; allowed"):
-        call()

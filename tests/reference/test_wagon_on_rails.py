@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import wheeltapper as wt
 
@@ -74,3 +75,45 @@ def test_half_a_coach_is_a_bogie(speed, rolling, irregularity, method, allowed):
         allowed = TRACK_ALLOWED[method]["acceleration" in name] * float(np.abs(values).max())
         for side in ("left", "right"):
             np.testing.assert_allclose(own[name].sel(side=side), values, rtol=0, atol=allowed)
+
+
+ANOMALIES = (wt.tracks.MissingPad(seat=1), wt.tracks.HangingSleeper(seat=-1), wt.tracks.Scatter(pads=0.1, ballast=0.2))
+UNEVEN = TRACK.model_copy(update={"cutoff": 1500.0, "anomalies": ANOMALIES})
+
+
+def test_half_a_coach_over_anomalies_of_the_track_is_a_bogie(tmp_path):
+    common = {
+        "contact": wt.Hertz(constant_per_wheel=8e10, curvature=False), "speed": 20.0, "duration": 0.03,
+        "irregularity": wt.Corrugation(amplitude=2e-4, wavelength=0.1, start=0.05), "rolling": "point", "track": UNEVEN,
+    }  # fmt: skip
+    coach = wt.simulate(wt.Scenario(vehicle=half_coach(), profiles=wt.profiles.Cones(), **common), "strict")
+    load = float(coach.static_forces[0].sum())
+    bogie = wt.simulate(wt.Scenario(vehicle=wt.vehicles.Bogie(wheel_load=load, **NUMBERS), **common), "strict")
+    own = coach.events.time[coach.events.side == "left"]
+    assert len(own) == len(bogie.events.time) > 4
+    np.testing.assert_allclose(own, bogie.events.time, rtol=0, atol=2e-11)
+    beside = {"rate": 4321.0, "rail": [0.5, -1.0], "seat": [1, -1, -3]}
+    read, under = coach.track(**beside), bogie.track(**beside)
+    for name, values in under.data_vars.items():
+        allowed = TRACK_ALLOWED["strict"]["acceleration" in name] * float(np.abs(values).max())
+        np.testing.assert_allclose(read[name].sel(side="left"), values, rtol=0, atol=allowed)
+    assert any("recur every" in note for note in coach.notes)
+    coach.save(tmp_path / "coach.nc")
+    xr.testing.assert_identical(wt.load(tmp_path / "coach.nc").track(**beside), read)
+
+
+def test_below_a_sleeper_that_rolls_nothing_carries_where_the_ballast_is_gone_and_no_pad_where_it_is_missing():
+    rolling = wt.tracks.Ballasted(**UNEVEN.model_dump() | {"sleeper_roll_inertia": 60.0, "anomalies": ANOMALIES[:2]})
+    scene = wt.Scenario(
+        vehicle=half_coach(), contact=wt.Hertz(constant_per_wheel=8e10), profiles=wt.profiles.Cones(), speed=20.0,
+        duration=0.03, irregularity={"left": wt.Step(height=1e-4, position=0.1)}, track=rolling,
+    )  # fmt: skip
+    record = wt.simulate(scene, "strict")
+    read = record.track(rate=2e3, seat=[1, -1, 2])
+    largest = float(np.abs(read.pad_force.sel(seat=2)).max())
+    assert largest > 1e4  # N
+    assert float(np.abs(read.pad_force.sel(seat=1)).max()) < 1e-6 * largest
+    assert float(np.abs(read.ballast_force.sel(seat=-1)).max()) < 1e-6 * largest
+    apart = read.pad_force.sel(side="left", seat=2) - read.pad_force.sel(side="right", seat=2)
+    assert float(np.abs(apart).max()) > 1.0
+    assert float(record.energy.relative_imbalance) < 1e-7

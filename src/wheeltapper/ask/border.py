@@ -42,7 +42,8 @@ def border(
     The margin is exact. It is the smallest indentation if contact is kept, and minus the largest clearance if contact
     is lost. With material damping the force may end while indented. The factor 1 + χ·rate, times a length, therefore
     counts as well. The roots of the margin are found on the lines of a grid, to 1e-9 of a segment of the line. The grid
-    only decides which curves are found.
+    only decides which curves are found. Of several wheels that counts which is next to its loss. Each margin of a wagon
+    is one of a run by `method`, of all treads: a grid of 40 by 40 segments takes some 2000 runs.
 
     Parameters
     ----------
@@ -96,7 +97,10 @@ class _Plane:
 
     def margin(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the margin in m at each pair of values."""
-        if run.choose(run.BORDER, self.scenario.needs) is not run.WHEEL:
+        marcher = run.choose(run.BORDER, self.scenario.needs)
+        if marcher.is_of_wagons:
+            return self._margin_by_records(x, y)
+        if marcher is not run.WHEEL:
             return self._margin_on_rails(x, y)
         from wheeltapper.lower.many import LoweredCells
 
@@ -113,11 +117,21 @@ class _Plane:
         many = CellsOnRails(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
         if not run.tasks_are_ready(many.tasks[0], alone=True):
             say_that_it_compiles(run.GENERAL.name)
-        found = run.margins_on_rails(many.tasks, self.losses, self.threads)
+        return self._whole(run.margins_on_rails(many.tasks, self.losses, self.threads)).reshape(x.shape)
+
+    def _margin_by_records(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        from wheeltapper.ask.by_records import margins_by_records
+
+        changed = {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}
+        found = margins_by_records(self.scenario, changed, self.method, self.losses, self.threads)
+        return self._whole(found).reshape(x.shape)
+
+    def _whole(self, found: FloatArray) -> FloatArray:
+        """Return margins as they are; warn of those that are not known."""
         broken = int(np.isnan(found).sum())
         if broken:
             warn_caller(f"{broken} of {len(found)} runs broke off; where they are no border is drawn")
-        return found.reshape(x.shape)
+        return found
 
     def border_curves(self, x: FloatArray, y: FloatArray) -> list[FloatArray]:
         """Return the curves as arrays (points, 2): those of the grid, each point moved to the root on its line."""

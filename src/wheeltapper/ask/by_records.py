@@ -8,27 +8,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.cells import REFUSED, STATUS_OF_MARCH, ComputedCells
+from wheeltapper.ask.margin_of_wheels import margin_of
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.ground.progress import progress_counter
+from wheeltapper.march import assembly as asm
+from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record.kinds import kind_of
-from wheeltapper.record.simulate import side_by_side, simulated_scenario
+from wheeltapper.record.simulate import say_that_it_compiles, side_by_side, simulated_scenario
 
 if TYPE_CHECKING:
     from wheeltapper.ask.study import Study
     from wheeltapper.describe.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
+ROUNDING = 1e-9
+"""Margin, in static indentations, that is none. Where a path has a corner and a wheel just touches there, a march may
+stall; it then has found where contact begins to be lost."""
 
 
-def _scenario_of(asked: Study, changed: dict[str, FloatArray], cell: int) -> Scenario:
+def scenario_of_cell(asked: Study, changed: dict[str, FloatArray], cell: int) -> Scenario:
+    """Return the scenario of a cell."""
     return asked.scenario.replaced({path: float(values[cell]) for path, values in changed.items()})
 
 
 def is_ready(asked: Study, changed: dict[str, FloatArray]) -> bool:
     """Return False if computing these cells begins with compiling."""
-    first = _scenario_of(asked, changed, 0)
+    first = scenario_of_cell(asked, changed, 0)
     return run.is_ready(kind_of(first).lower(first, asked.method).program)
 
 
@@ -41,7 +48,7 @@ def computed_by_records(asked: Study, changed: dict[str, FloatArray], threads: i
 
     def read_cell(cell: int) -> None:
         try:
-            record = simulated_scenario(_scenario_of(asked, changed, cell), asked.method, lambda notes: None)
+            record = simulated_scenario(scenario_of_cell(asked, changed, cell), asked.method, lambda notes: None)
         except InputError as error:
             refusals[cell] = error
             notes[cell] = (Note(f"cannot be computed: {error}", "refused"),)
@@ -57,3 +64,24 @@ def computed_by_records(asked: Study, changed: dict[str, FloatArray], threads: i
         np.full(cells, np.nan), shared_notes(Shared(note, 1) for each in notes for note in each),
         tuple(refusals[cell] for cell in sorted(refusals)),
     )  # fmt: skip
+
+
+def margins_by_records(
+    scenario: Scenario, changed: dict[str, FloatArray], method: str, losses: int, threads: int
+) -> FloatArray:
+    """Return how far each cell is from the `losses`-th loss of any of its wheels, m; NaN where a march broke off."""
+    cells = len(next(iter(changed.values())))
+    out, kind = np.full(cells, np.nan), kind_of(scenario)
+
+    def march_cell(cell: int) -> None:
+        lowered = kind.lower(scenario.replaced({path: float(values[cell]) for path, values in changed.items()}), method)
+        march = run.march(lowered.program)
+        margin = margin_of(lowered.assembly, march, losses)
+        none = ROUNDING * float(lowered.assembly.numbers[asm.STATIC_INDENTATION])
+        if march.status == contract.DONE or (march.status == contract.STALLED and abs(margin) < none):
+            out[cell] = margin
+
+    if cells and not run.is_ready(kind.lower(scenario, method).program):
+        say_that_it_compiles(run.choose(run.BORDER, scenario.needs).name)
+    side_by_side(march_cell, range(cells), threads, lambda: None)
+    return out

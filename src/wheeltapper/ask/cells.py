@@ -54,8 +54,10 @@ STATUS_OF_MARCH[[contract.TOO_MANY_EVENTS, contract.NOT_FINITE, contract.STALLED
 STATUS_OF_MARCH[[layout.CHATTERS, layout.UNSOLVED]] = CHATTERING, UNSOLVED
 STATUS_OF_MARCH[[assembly.DERAILED, balanced.UNBALANCED, contract.FULL]] = DERAILED, UNBALANCED, FULL
 # How far a gradient can be trusted.
-EXACT, GRAZING, NEAR_CHAOTIC = range(3)
+EXACT, GRAZING, NEAR_CHAOTIC, NOT_DIFFERENTIABLE = range(4)
 TRUST = ("exact", "grazing", "near_chaotic")
+TRUST_BY_RECORDS = ("by_differences", "grazing", "near_chaotic", "not_differentiable")
+"""The same for cells whose derivatives are differences of runs; the first has its error beside."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,8 @@ class ComputedCells:
         What the user should know, once for each cause.
     refusals
         Why cells were refused.
+    error
+        Probable errors of the gradient, of the same shape; None where it is exact.
     """
 
     values: FloatArray
@@ -88,6 +92,7 @@ class ComputedCells:
     amplification: FloatArray
     notes: tuple[Shared, ...]
     refusals: tuple[InputError, ...] = ()
+    error: FloatArray | None = None
 
     def check_refusals(self) -> None:
         """Raise an error if no cell could be computed; warn if some could not."""
@@ -109,6 +114,7 @@ class ComputedCells:
 
         status, trust = joined_field("status").astype(np.int64), joined_field("trust").astype(np.int64)
         refusals = tuple(error for part in parts for error in part.refusals)[:MOST_REFUSALS]
+        has_error = all(part.error is not None for part in parts)
         return ComputedCells(
             joined_field("values"),
             status,
@@ -117,16 +123,18 @@ class ComputedCells:
             joined_field("amplification"),
             notes,
             refusals,
+            joined_field("error") if has_error else None,
         )
 
     @staticmethod
     def refused_cell(asked: Study, *why: InputError) -> ComputedCells:
         """Return one cell that cannot be computed."""
         features, parameters = len(asked.features), len(asked.gradient)
+        unknown = np.full((features, parameters, *asked.wheel_shape, 1), np.nan)
         return ComputedCells(
-            np.full((features, *asked.wheel_shape, 1), np.nan), np.array([REFUSED]),
-            np.full((features, parameters, *asked.wheel_shape, 1), np.nan), np.array([EXACT]), np.full(1, np.nan),
-            tuple(Shared(Note(f"cannot be computed: {error}", "refused"), 1) for error in why), why,
+            np.full((features, *asked.wheel_shape, 1), np.nan), np.array([REFUSED]), unknown, np.array([EXACT]),
+            np.full(1, np.nan), tuple(Shared(Note(f"cannot be computed: {error}", "refused"), 1) for error in why), why,
+            unknown if asked.by_records else None,
         )  # fmt: skip
 
 
@@ -149,8 +157,9 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
     try:
         if asked.by_records:
             from wheeltapper.ask.by_records import computed_by_records
+            from wheeltapper.ask.slopes_of_records import slopes_of_records
 
-            return computed_by_records(asked, changed, threads)
+            return (slopes_of_records if asked.gradient else computed_by_records)(asked, changed, threads)
         if on_rails:
             from wheeltapper.ask.on_rails import computed_on_rails
             from wheeltapper.ask.sensitivity_on_rails import slopes_on_rails

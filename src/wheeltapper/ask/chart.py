@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper._version import __version__
-from wheeltapper.ask.cells import STATUS, TRUST, ComputedCells
+from wheeltapper.ask.cells import STATUS, TRUST, TRUST_BY_RECORDS, ComputedCells
 from wheeltapper.ask.study import Study, unit_of
 from wheeltapper.record.chart_store import FORMAT
 from wheeltapper.record.labels import CHART_TITLE, flag_attributes
@@ -53,16 +53,17 @@ def _gradient_variables(
     along = ("parameter", *wheels, *dimensions)
     held = np.stack([asked.field_values(path) for path in asked.gradient])
     held = held.reshape(parameters, *(1 for _ in wheels), -1)
-    elastic = {}
+    elastic, trust = {}, TRUST_BY_RECORDS if asked.by_records else TRUST
     data: dict[str, Any] = {
-        "gradient_status": (dimensions, found.trust.astype(np.int8).reshape(shape), flag_attributes(TRUST)),
+        "gradient_status": (dimensions, found.trust.astype(np.int8).reshape(shape), flag_attributes(trust)),
         "amplification": (
             dimensions, found.amplification.reshape(shape),
             {"units": "", "long_name": "how much a change of the start has grown when the last feature is known"},
         ),
     }  # fmt: skip
     units = [unit_of(asked.scenario, path) for path in asked.gradient]
-    for feature, values, slope in zip(asked.features, found.values, found.gradient, strict=True):
+    errors = found.gradient if found.error is None else found.error
+    for feature, values, slope, error in zip(asked.features, found.values, found.gradient, errors, strict=True):
         if not feature.differentiable:
             continue
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -74,6 +75,11 @@ def _gradient_variables(
                 "long_name": f"derivative of: {feature.definition}; per unit of the parameter",
             },
         )  # fmt: skip
+        if found.error is not None:
+            data[f"{feature.name}_gradient_error"] = (
+                along, error.reshape(parameters, *each),
+                data[f"{feature.name}_gradient"][2] | {"long_name": f"probable error of {feature.name}_gradient"},
+            )  # fmt: skip
         data[f"{feature.name}_elasticity"] = (
             along, elastic[feature.name].reshape(parameters, *each),
             {"units": "", "long_name": f"d ln f / d ln p of: {feature.definition}"},

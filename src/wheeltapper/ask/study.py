@@ -32,7 +32,7 @@ BESIDE = 1e-12
 """As good as zero, and not zero: in SI units, and far below what is plausible."""
 RESERVED = ("status", "parameter", "wheelset", "cell", "gradient_status", "amplification", "condition")
 """Names of variables that every chart has; no feature may have one of them."""
-DERIVED = ("_gradient", "_elasticity", "_angle")
+DERIVED = ("_gradient", "_gradient_error", "_elasticity", "_angle")
 """Endings that follow a feature's name in the names of its derivatives."""
 Sampling = Literal["sobol", "latin hypercube"]
 Asked = str | Feature | Sequence[str | Feature]
@@ -103,7 +103,7 @@ class Study:
     @property
     def by_records(self) -> bool:
         """Whether each cell is a run with a record of its own: there are no tables that cells could share."""
-        return self.marcher in (run.WAGON, run.WAGON_ON_RAILS)
+        return self.marcher.is_of_wagons
 
     @property
     def wheel_axes(self) -> dict[str, list[int] | list[str]]:

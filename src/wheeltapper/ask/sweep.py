@@ -51,7 +51,7 @@ def sweep(
         From `wheeltapper.features`, or their names, as ["force_ratio"]. A run ends as soon as all of them are known.
     gradient
         True: the features' exact derivatives with respect to the varied fields, through all impacts; or the paths of
-        the fields with respect to which to differentiate.
+        the fields with respect to which to differentiate. Those of wagons are differences of runs, see below.
     zipped
         True: the lists of `over` have the same length, and cell n has the n-th value of each.
     samples, sampling, seed
@@ -74,6 +74,12 @@ def sweep(
         more: for each feature its `_gradient`, its `_elasticity` d ln f / d ln p and, for two parameters or more, its
         `_angle` to each parameter's axis; `condition` of all features by all parameters; `amplification`; and
         `gradient_status`. A "grazing" cell has an event that hardly happens, so that the derivative means little.
+
+        Derivatives of wagons are extrapolated from differences of runs finer than "strict" ones in which the same
+        happens in the same order: losses, impacts, friction that slides, corners of elements. The `_gradient_error` of
+        each is its probable error, mostly below 1e-8 of it. Where both are NaN there is no derivative: other things
+        happen beside the field's value, or the slopes on its sides differ; a note says which. Such cells are
+        "not_differentiable", the others "by_differences".
 
     Raises
     ------
@@ -105,7 +111,7 @@ def gradient(
     method: str = "default",
     chaos_limit: float = CHAOS_LIMIT,
 ) -> xr.Dataset:
-    """Compute features of one scenario and their exact derivatives, through all impacts.
+    """Compute features of one scenario and their derivatives, through all impacts: exact ones, but for wagons.
 
     Parameters
     ----------
@@ -121,7 +127,8 @@ def gradient(
     Returns
     -------
     xarray.Dataset
-        The variables of `sweep` with gradients, for one cell; of several wheelsets on rails over `wheelset`.
+        The variables of `sweep` with gradients, for one cell; of several wheelsets on rails over `wheelset`, of wagons
+        over `wheelset` and `side`, with the errors of the differences that these are.
 
     Raises
     ------
@@ -140,7 +147,7 @@ def gradient(
         scenario, here, features, gradient=tuple(parameters), zipped=True, method=method, chaos_limit=chaos_limit,
         question=run.GRADIENT,
     )  # fmt: skip
-    computed = compute_cells(asked, asked.changed_values(), 1)
+    computed = compute_cells(asked, asked.changed_values(), core_count() if asked.by_records else 1)
     computed.check_refusals()
     warn_of(note.sentence_of(1) for note in computed.notes)
     found = chart_dataset(asked, computed).isel(cell=0)

@@ -40,6 +40,7 @@ DECK = Need("deck", "track", "a floating deck", "a stiff track")
 DECK_ENDS = Need("deck's ends", "track.start", "a deck that begins or ends", "a deck without start, all along the line")
 FLEXIBLE_TRACK = Need("rails on sleepers", "track", "rails on sleepers", "a stiff track")
 ANOMALY = Need("anomalies", "track.anomalies", "anomalies of the track", "none")
+VOID = Need("voids", "track.anomalies", "a void under a sleeper", "anomalies without voids")
 YIELDING = Need("elastic-plastic", "contact", "an elastic-plastic contact", "an elastic contact")
 ALONE = Need(
     "elastic-plastic, alone", "contact", "an elastic-plastic contact",
@@ -59,7 +60,7 @@ MEMORY = Need("one spot", "speed", "0 m/s on a contact that yields", "more than 
 
 VOCABULARY = (
     SEVERAL_BODIES, WHEELSETS, BOGIE, DAMPER_END, DAMPER_PLAY, FRICTION, BUMPSTOP, SPRING_CORNERS, BLOW_OFF, DECK,
-    DECK_ENDS, FLEXIBLE_TRACK, ANOMALY, YIELDING, ALONE, OWN_LAW, LINEAR, BILATERAL, HYSTERESIS, CREEP, PROFILES,
+    DECK_ENDS, FLEXIBLE_TRACK, ANOMALY, VOID, YIELDING, ALONE, OWN_LAW, LINEAR, BILATERAL, HYSTERESIS, CREEP, PROFILES,
     PLACES, IRREGULARITY, POINT, START, MEMORY,
 )  # fmt: skip
 """All needs, in the order in which they are told: from what makes another model to what is changed most easily."""

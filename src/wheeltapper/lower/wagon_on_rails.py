@@ -16,6 +16,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.on_rails import GENERAL_METHODS, SUDDEN, check_speed
 from wheeltapper.lower.standing import normal_forces
+from wheeltapper.lower.track.anomalies import check_seats
 from wheeltapper.lower.track.reach import Reach, cutoff_note, modes_of, rolling_modes_of
 from wheeltapper.lower.wagon import LoweredWagon, lower_wagon
 from wheeltapper.march import assembly as asm
@@ -47,6 +48,8 @@ def lower_wagon_on_rails(scenario: Scenario, method: str = "default") -> Lowered
     rings = modes.ring, rolling_modes_of(scenario.track, reach).ring if scenario.track.rolls else modes.ring
     chosen = GENERAL_METHODS[method]
     check_speed(float(scenario.speed), scenario.track, modes.ring, chosen, float(scenario.speed * scenario.duration))
+    way, seat = float(scenario.speed * scenario.duration), float(scenario.track.first_sleeper)
+    recurring = check_seats(scenario.track, reach.bays, float(places.min()) - seat, float(places.max()) + way - seat)
     units = _units(lowered)
     from_seat = places - float(scenario.track.first_sleeper)
     track = Track(rings, chosen, from_seat, float(scenario.speed), units)
@@ -56,7 +59,7 @@ def lower_wagon_on_rails(scenario: Scenario, method: str = "default") -> Lowered
     amplitudes = force[TOGETHER] @ rest[TOGETHER].amplitudes, force[AGAINST] @ rest[AGAINST].amplitudes
     together, against = (one @ way.deflections.T for one, way in zip(force, rest, strict=True))
     below = OnRails(assembly, track, amplitudes, np.stack([together + against, together - against]))
-    said = (ROLLING if track.rolls else TWO_RAILS, *reach.notes, *_excitation(scenario, reach))
+    said = (ROLLING if track.rolls else TWO_RAILS, *reach.notes, *recurring, *_excitation(scenario, reach))
     if scenario.speed > 0.0:
         said = (*said, SUDDEN)
     return replace(lowered, assembly=assembly, below=below, notes=(*lowered.notes, *said))

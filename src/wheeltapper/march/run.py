@@ -38,6 +38,7 @@ from wheeltapper.ground.needs import (
     PROFILES,
     SEVERAL_BODIES,
     START,
+    VOID,
     WHEELSETS,
     YIELDING,
     Need,
@@ -87,6 +88,11 @@ class Marcher:
         """Whether it is the general march, perhaps of less than it covers."""
         return self.name == GENERAL.name
 
+    @property
+    def is_of_wagons(self) -> bool:
+        """Whether it is a wagon's march, perhaps of less than it covers: it marches each cell of a map alone."""
+        return self.name in (WAGON.name, WAGON_ON_RAILS.name)
+
 
 _ONE_WHEEL = frozenset({DECK, DECK_ENDS, IRREGULARITY, POINT, START})
 WHEEL = Marcher("the wheelset's march", _ONE_WHEEL | {LINEAR, BILATERAL, HYSTERESIS})
@@ -117,15 +123,16 @@ WAGON = Marcher(
 WAGON_ON_RAILS = Marcher(
     "the wagon's march on rails",
     frozenset({
-        SEVERAL_BODIES, FLEXIBLE_TRACK, CREEP, PROFILES, PLACES, IRREGULARITY, POINT, LINEAR, HYSTERESIS, START,
+        SEVERAL_BODIES, FLEXIBLE_TRACK, ANOMALY, CREEP, PROFILES, PLACES, IRREGULARITY, POINT, LINEAR, HYSTERESIS,
+        START,
     }),
     frozenset({SEVERAL_BODIES, FLEXIBLE_TRACK}),
 )  # fmt: skip
 GENERAL = Marcher(
     "the general march",
     frozenset({
-        DAMPER_END, DAMPER_PLAY, DECK, FLEXIBLE_TRACK, ANOMALY, WHEELSETS, BOGIE, YIELDING, OWN_LAW, LINEAR, BILATERAL,
-        HYSTERESIS, PLACES, IRREGULARITY, POINT, START, *KINKS,
+        DAMPER_END, DAMPER_PLAY, DECK, FLEXIBLE_TRACK, ANOMALY, VOID, WHEELSETS, BOGIE, YIELDING, OWN_LAW, LINEAR,
+        BILATERAL, HYSTERESIS, PLACES, IRREGULARITY, POINT, START, *KINKS,
     }),
 )  # fmt: skip
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
@@ -149,7 +156,11 @@ def _as_simulated(*lacks: Need) -> tuple[Marcher, ...]:
 MAPPED = _as_simulated()
 PARTING = _as_simulated(BILATERAL)
 """The general march of contacts that can be lost."""
-TURNED = _as_simulated(ANOMALY, DAMPER_PLAY, *KINKS)
+UNDAMPED_WAGONS = tuple(
+    Marcher(one.name, one.covers - {HYSTERESIS, BILATERAL}, one.requires) for one in (WAGON, WAGON_ON_RAILS)
+)
+"""The wagon's marches of contacts that lose their force where they part, and only there."""
+TURNED = _as_simulated(ANOMALY, VOID, DAMPER_PLAY, *KINKS)
 """The general march of contacts that all go along the track."""
 
 
@@ -208,8 +219,10 @@ TRACK = Question(
 COMFORT = Question("comfort", "ride comfort", (WAGON, WAGON_ON_RAILS))
 GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON, WAGON_ON_RAILS))
 SWEEP = Question("sweep", "features over many cells", (WHEEL, *MAPPED, WAGON, WAGON_ON_RAILS))
-GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL, *TURNED), frozenset({YIELDING}))
-BORDER = Question("border", "where contact begins to be lost", (WHEEL, *PARTING))
+GRADIENT = Question(
+    "gradient", "derivatives of features", (WHEEL, *TURNED, WAGON, WAGON_ON_RAILS), frozenset({YIELDING})
+)
+BORDER = Question("border", "where contact begins to be lost", (WHEEL, *PARTING, *UNDAMPED_WAGONS))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
 TRAJECTORY = Question("trajectory", "these with exact derivatives", (WHEEL,), others=("simulate", "motion_at"))
 DIAGNOSE = Question("diagnose", "the faults that a site's recordings show", WHEELS, _SPOT, _SITE)

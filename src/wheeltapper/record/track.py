@@ -13,7 +13,7 @@ from wheeltapper.ground.arguments import as_list, as_quantity
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.lower.on_rails import LoweredOnRails
-from wheeltapper.lower.track.anomalies import NONE, Anomalies
+from wheeltapper.lower.track.anomalies import Anomalies, anomalies_of
 from wheeltapper.lower.track.irregular import IrregularModes
 from wheeltapper.lower.track.reach import modes_of, rolling_modes_of
 from wheeltapper.lower.track.readouts import (
@@ -122,8 +122,8 @@ def track(
 def _places(record: Record, ridden: _Ridden, way: int, x: list[float], seats: list[int]) -> list[_Place]:
     """Return the places of the rail, m, and the seats, as they read one way of the rails to move."""
     (section, modes), foot = ridden.ways[way], float(record.scenario.track.rail.foot_distance)
-    places = [_rail_place(section, foot, modes, ridden.anomalies, one - ridden.seat) for one in x]
-    return places + [_seat_place(section, modes, ridden.anomalies, number) for number in seats]
+    places = [_rail_place(section, foot, modes, ridden.anomalies[way], one - ridden.seat) for one in x]
+    return places + [_seat_place(section, modes, ridden.anomalies[way], number) for number in seats]
 
 
 def _as_seats(given: Any) -> list[int]:
@@ -180,7 +180,7 @@ class _Ridden(NamedTuple):
     ways
         Section and modes of each way to move: one, or both rails together and against one another.
     anomalies
-        Of each of them.
+        In each way.
     seat
         Position of the seat from which the march counts, m.
     wheels
@@ -194,7 +194,7 @@ class _Ridden(NamedTuple):
     """
 
     ways: tuple[tuple[Section, TrackModes | IrregularModes], ...]
-    anomalies: Anomalies
+    anomalies: tuple[Anomalies, ...]
     seat: float
     wheels: list[float]
     residuals: list[float]
@@ -216,7 +216,7 @@ def _below_plane(record: Record) -> _Ridden:
 
     ways = ((section_of(record.scenario.track), lowered.modes),)
     return _Ridden(
-        ways, lowered.anomalies, lowered.seat, [one.position for one in system.wheels],
+        ways, (lowered.anomalies,), lowered.seat, [one.position for one in system.wheels],
         [port.residual for port in system.ports], at,
     )  # fmt: skip
 
@@ -226,8 +226,15 @@ def _below_wagon(record: Record) -> _Ridden:
     places = below.track.places
     modes, reach = modes_of(track, record.method, float(np.ptp(places)))
     ways = (section_of(track), modes), (section_of(track, rolling=True), rolling_modes_of(track, reach))
+    anomalies = tuple(anomalies_of(track, section, reach.bays) for section, _ in ways)
     return _Ridden(
-        ways, NONE, float(track.first_sleeper), places.tolist(), [], run.rails_below(below, record._march).at, SIDES[:2]
+        ways,
+        anomalies,
+        float(track.first_sleeper),
+        places.tolist(),
+        [],
+        run.rails_below(below, record._march).at,
+        SIDES[:2],
     )
 
 

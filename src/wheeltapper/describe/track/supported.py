@@ -12,7 +12,7 @@ from wheeltapper.describe.track.anomaly import Anomaly
 from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.track.rail import Rail, as_rail
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.needs import ANOMALY, FLEXIBLE_TRACK, NOTHING, Need
+from wheeltapper.ground.needs import ANOMALY, FLEXIBLE_TRACK, VOID, Need
 
 
 def _as_tuple(value: Any) -> Any:
@@ -68,7 +68,12 @@ class SupportedRail(Track, abstract=True):
     @property
     def needs(self) -> frozenset[Need]:
         """Rails on sleepers, and their anomalies."""
-        return frozenset({FLEXIBLE_TRACK}) | (frozenset({ANOMALY}) if self.anomalies else NOTHING)
+        own = {FLEXIBLE_TRACK, *([ANOMALY] if self.anomalies else [])}
+        for item in self.anomalies:
+            seats = range(min(item.places), max(item.places) + 1) if item.places else range(0)
+            if any(change.void is not None for change in item.changes(seats)):
+                own.add(VOID)
+        return frozenset(own)
 
     @property
     def under_pads(self) -> tuple[float, ...]:

@@ -1,0 +1,55 @@
+"""Borders of wagons: on one side of them a wheel loses its rail, on the other none does."""
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+
+DIP = wt.Scenario(
+    vehicle=wt.Wagon.erri_b176(), irregularity=wt.CosineBump(height=-5e-5, length=0.05, start=0.02), speed=20.0,
+    duration=0.01,
+)  # fmt: skip
+FLAT = DIP.replaced({
+    "irregularity": {"wheelset 2 left": wt.WheelFlat(length=0.03, position=-2.51, repeat=False)},
+    "creep": wt.creep.Polach(friction=0.35), "track": wt.tracks.Slab(**wt.tracks.Slab.example, cutoff=1000, bays=160),
+})  # fmt: skip
+DECK = DIP.replaced({"track": wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)})
+TWICE = DIP.replaced({"duration": 0.02})
+HEIGHT, LENGTH = "irregularity.0.height", "irregularity.wheelset 2 left.0.length"
+
+
+def losses_of(scene, method):
+    """Return the number of losses of the wheel that has most."""
+    events = wt.simulate(scene, method).events
+    lost = events.contact[(events.kind == "loss") & (events.surface == "tread")]
+    return int(np.bincount(lost, minlength=1).max())
+
+
+def bisected(scene, path, least, most, many, method):
+    """Return where runs of the same method begin to lose contact, to 1e-9 of it."""
+    while abs(most - least) > 1e-9 * abs(most):
+        middle = 0.5 * (least + most)
+        least, most = (least, middle) if losses_of(scene.replaced({path: middle}), method) >= many else (middle, most)
+    return most
+
+
+@pytest.mark.parametrize(
+    ("scene", "over", "many", "method"),
+    [
+        pytest.param(DIP, {HEIGHT: [-4e-5, -3e-5], "speed": [19.0, 21.0]}, 1, "default", id="a dip"),
+        pytest.param(TWICE, {HEIGHT: [-4e-5, -3e-5], "speed": [19.0, 21.0]}, 2, "default", id="the second loss"),
+        pytest.param(DECK, {HEIGHT: [-4e-5, -3e-5], "speed": [19.0, 21.0]}, 1, "strict", id="on a deck"),
+        pytest.param(FLAT, {LENGTH: [0.015, 0.03], "speed": [18.0, 22.0]}, 1, "default", id="a flat on rails"),
+    ],
+)
+def test_runs_on_both_sides_of_a_border_differ_and_bisection_finds_it(scene, over, many, method):
+    path = next(iter(over))
+    curve = wt.border(scene, over, losses=many, resolution=2, method=method)
+    middle = int(np.abs(curve.speed.values - 20.0).argmin())
+    assert abs(float(curve.speed[middle]) - 20.0) < 1e-9
+    onset = float(curve[path][middle])
+    assert losses_of(scene.replaced({path: 0.9995 * onset}), method) < many
+    assert losses_of(scene.replaced({path: 1.0005 * onset}), method) >= many
+    found = bisected(scene, path, 0.9999 * onset, 1.0001 * onset, many, method)
+    assert found == pytest.approx(onset, rel=1e-7)
+    assert np.abs(curve.margin.values).max() < 1e-12  # m
