@@ -6,26 +6,33 @@ import asyncio
 import json
 import secrets
 from collections import deque
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse, Response
+from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.faces.explore.drops import LARGEST as MOST_DROPPED
+from wheeltapper.faces.explore.drops import safe_name, taken
+from wheeltapper.faces.explore.exports import EXPORTS, exported
 from wheeltapper.faces.explore.frames import Frame
 from wheeltapper.faces.explore.guard import Guard
+from wheeltapper.faces.explore.mapping import Asked, Map, feature_choices
 from wheeltapper.faces.explore.paths import Files
 from wheeltapper.faces.explore.sampling import Shown
 from wheeltapper.faces.explore.scenes import start_scene, table_of
 from wheeltapper.faces.explore.session import Session, SupersededError
 from wheeltapper.ground.errors import ComputationError, InputError
+from wheeltapper.ground.progress import reporting
 from wheeltapper.march.blocks import core_count
 
 PAGE = Path(__file__).with_name("page")
@@ -54,6 +61,9 @@ class Desk:
         self.files = Files(folder, None if scene is None else table_of(scene))
         self.sessions: dict[str, Session] = {}
         self.linked: set[str] = set()
+        self.says: dict[str, Callable[[str], None]] = {}
+        self._folder = TemporaryDirectory(prefix="wheeltapper-")
+        self.dropped = Path(self._folder.name)
         self.last: Session | None = None
         self.pool = ThreadPoolExecutor(max_workers=max(2, core_count()), thread_name_prefix="explorer")
 
@@ -118,10 +128,12 @@ class Link:
         runner: asyncio.Task[None] | None = None
         try:
             hello = json.loads(await self._socket.receive_text())
-            self._session, line = self._desk.session(str(hello.get("session", ""))[:64], hello.get("scene"))
+            kept = hello.get("scene") or (hello.get("last") if self._desk.given is None else None)
+            self._session, line = self._desk.session(str(hello.get("session", ""))[:64], kept)
             self._desk.last = self._session
+            self._desk.says[self._session.key] = self._say
             self._session.sent_surface = None
-            await self._send(Frame("hello", session=self._session.key, line=line, folder=str(self._desk.files.folder)))
+            await self._send(Frame("hello", session=self._session.key, line=line, **_offers()))
             await self._send(self._session.scene_frame())
             self._ask({"do": "look"})
             runner = asyncio.create_task(self._answer())
@@ -137,6 +149,7 @@ class Link:
                 task.cancel()
             if self._session is not None:
                 self._desk.linked.discard(self._session.key)
+                self._desk.says.pop(self._session.key, None)
 
     # -- what is asked ------------------------------------------------------------------------------------------------
 
@@ -181,7 +194,8 @@ class Link:
             settled = (session.back if "back" in asked else session.forth)() or settled
         if "look" in asked:
             session.shown = _shown(asked["look"], session.shown)
-        if not edits and not {"back", "forth", "look"} & set(asked):
+        settled = settled or "show" in asked
+        if not edits and not {"back", "forth", "look", "show"} & set(asked):
             return
         try:
             frames = await self._in_thread(
@@ -204,7 +218,40 @@ class Link:
             await self._send(await self._in_thread(session.scene_frame))
 
     async def _answer_other(self, what: str, message: dict[str, Any]) -> None:
-        """Answer what is neither an edit nor a look."""
+        """Answer what is neither an edit nor a look: a map, which is filled beside the runs."""
+        if what != "map":
+            return
+        number = self._newest["map"]
+        task = asyncio.create_task(self._fill(message, lambda: number != self._newest.get("map")))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _fill(self, message: dict[str, Any], is_stale: Callable[[], bool]) -> None:
+        """Fill a map in a thread, and send each tile as soon as it is there."""
+        session, told = self._held, asyncio.Queue[Frame | None]()
+
+        def fill() -> None:
+            try:
+                with reporting(lambda what, done, total: None, self._say):
+                    found = Map(Asked.of(message, session.scene))
+                    for frame in found.frames(is_stale):
+                        self._loop.call_soon_threadsafe(told.put_nowait, frame)
+                session.map = found
+            except InputError as error:
+                frame = Frame("map refused", number=message.get("number"), line=str(error))
+                self._loop.call_soon_threadsafe(told.put_nowait, frame)
+            except Exception as error:  # whatever it is, the page says it in a line, and goes on
+                line = f"{type(error).__name__}: {' '.join(str(error).split())}"
+                frame = Frame("map refused", number=message.get("number"), line=line)
+                self._loop.call_soon_threadsafe(told.put_nowait, frame)
+            finally:
+                self._loop.call_soon_threadsafe(told.put_nowait, None)
+
+        work = self._loop.run_in_executor(self._desk.pool, fill)
+        while (frame := await told.get()) is not None:
+            if not is_stale():
+                await self._send(frame)
+        await work
 
     # -- sending ------------------------------------------------------------------------------------------------------
 
@@ -225,6 +272,14 @@ class Link:
     async def _send(self, frame: Frame) -> None:
         async with self._sending:
             await self._socket.send_bytes(frame.encoded())
+
+
+def _offers() -> dict[str, Any]:
+    """Return what a page can ask for besides runs."""
+    return {
+        "features": [list(one) for one in feature_choices()],
+        "exports": [[name, export.words] for name, export in EXPORTS.items()],
+    }
 
 
 def _shown(asked: dict[str, Any], before: Shown) -> Shown:
@@ -249,12 +304,46 @@ def application(desk: Desk, token: str, port: int) -> Guard:
     async def library(request: Request) -> Response:
         return _file(library_folder(), request.path_params["name"], LIBRARIES, "private, max-age=86400")
 
+    async def export(request: Request) -> Response:
+        session = desk.sessions.get(request.path_params["session"])
+        if session is None:
+            return PlainTextResponse("there is no such session\n", 404)
+        name = request.path_params["name"]
+        try:
+            body, kind = await asyncio.get_running_loop().run_in_executor(desk.pool, exported, session, name)
+        except (InputError, ComputationError) as error:
+            return PlainTextResponse(f"{error}\n", 400)
+        headers = {"content-disposition": f'attachment; filename="{name}"', "cache-control": "no-store"}
+        return Response(body, media_type=kind, headers=headers)
+
+    async def drop(request: Request) -> Response:
+        session = desk.sessions.get(request.query_params.get("session", ""))
+        if session is None:
+            return JSONResponse({"wrong": "there is no such session"}, 404)
+        folder = desk.dropped / session.key
+        folder.mkdir(exist_ok=True)
+        path = folder / safe_name(request.query_params.get("name", ""))
+        size = 0
+        with path.open("wb") as out:
+            async for part in request.stream():
+                size += len(part)
+                if size > MOST_DROPPED:
+                    return JSONResponse({"wrong": f"{path.name}: more than {MOST_DROPPED >> 20} MiB"}, 413)
+                out.write(part)
+        say = desk.says.get(session.key, lambda line: None)
+        try:
+            told = await asyncio.get_running_loop().run_in_executor(desk.pool, taken, session, path, say)
+        except (InputError, ComputationError) as error:
+            return JSONResponse({"wrong": str(error).replace(f"{folder}/", "")}, 400)
+        return JSONResponse(told)
+
     async def link(socket: WebSocket) -> None:
         await Link(desk, socket).serve()
 
     inner = Starlette(
         routes=[
             Route("/", page), Route("/page/{name}", page), Route("/lib/{name}", library),
+            Route("/export/{session}/{name}", export), Route("/drop", drop, methods=["POST"]),
             WebSocketRoute("/link", link),
         ]
     )  # fmt: skip

@@ -5,11 +5,13 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.faces.explore.form import added, changed, form_of
 from wheeltapper.faces.explore.frames import Frame
+from wheeltapper.faces.explore.mapping import Map
 from wheeltapper.faces.explore.paths import Files
 from wheeltapper.faces.explore.sampling import Shown, run_frame, surface_frame
 from wheeltapper.faces.explore.scenes import python_of, table_of, toml_of
@@ -51,6 +53,12 @@ class Session:
         What its scenes may name.
     record
         Of the scene's run, once it is marched.
+    shown
+        What the page has chosen to see of it.
+    site, recording
+        What was dropped on the page.
+    map
+        The last map that was filled.
     """
 
     key: str
@@ -59,6 +67,8 @@ class Session:
     record: Record | None = None
     shown: Shown = field(default_factory=Shown)
     site: Any = None
+    recording: Path | None = None
+    map: Map | None = None
     past: list[Scenario] = field(default_factory=list)
     future: list[Scenario] = field(default_factory=list)
     sent_form: str = ""

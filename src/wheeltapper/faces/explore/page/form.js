@@ -154,10 +154,16 @@ export class Form {
     };
     slider.addEventListener("input", () => { performance.mark("slider"); label(value()); send(value(), false); });
     slider.addEventListener("change", () => send(value(), true));
-    text.addEventListener("change", () => send(typed(text.value, range.unit, entry.optional), true));
+    let typing = false;
+    const take = () => {
+      if (typing) send(typed(text.value, range.unit, entry.optional), true);
+      typing = false;
+    };
+    text.addEventListener("input", () => { typing = true; });
+    text.addEventListener("change", take);
     text.addEventListener("keydown", (event) => {
-      if (event.key === "Enter") text.dispatchEvent(new Event("change"));
-      if (event.key === "Escape") label(range.value);
+      if (event.key === "Enter") take();
+      if (event.key === "Escape") { typing = false; label(range.value); }
     });
     return {
       update(fresh) {
@@ -168,7 +174,7 @@ export class Form {
         const keeps = fresh.low !== undefined && range.low !== undefined && range.unit === fresh.unit && !outside && !edge;
         range = keeps ? { ...fresh, low: range.low, high: range.high, log: range.log } : fresh;
         unit.textContent = unitText(range.unit);
-        if (document.activeElement !== text) label(fresh.value);
+        if (!typing && !node.classList.contains("refused")) label(fresh.value);
         if (fresh.value !== null && document.activeElement !== slider) slider.value = place(fresh.value);
       },
     };

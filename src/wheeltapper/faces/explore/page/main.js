@@ -1,16 +1,19 @@
 // The page: what the server sends goes to its parts, what is changed in them goes to the server, the newest first.
 
 import { $, drawn, h, options } from "./dom.js";
+import { listen } from "./drop.js";
 import { Form } from "./form.js";
 import { Link } from "./link.js";
+import { FeatureMap } from "./map.js";
 import { Motion } from "./motion.js";
+import { Pins } from "./pins.js";
 import { History, Phase, Spectrum } from "./plots.js";
 
 const kept = {
   get: (store, name) => { try { return JSON.parse(store.getItem(name)); } catch { return null; } },
   set: (store, name, value) => { try { store.setItem(name, JSON.stringify(value)); } catch { /* full, or forbidden */ } },
 };
-const state = { run: null, wheel: 0, pins: [], table: null, waiting: false, pending: new Map(), frame: null };
+const state = { run: null, wheel: 0, table: null, waiting: false, pending: new Map(), frame: null };
 
 // -- the theme ----------------------------------------------------------------------------------------------------------
 
@@ -27,7 +30,12 @@ setTheme(kept.get(localStorage, "theme") ?? (wishes.matches ? "dark" : "light"))
 const force = new History("force", { pins: true, marks: true });
 const below = new History("below");
 const phase = new Phase(), spectrum = new Spectrum();
-const panels = [force, below, phase, spectrum];
+const map = new FeatureMap((message) => link.send(message), (values) => edit({ do: "set several", values }, true));
+const panels = [force, below, phase, spectrum, map];
+const pins = new Pins(kept.get(sessionStorage, "pins"), (table) => edit({ do: "bring", scene: table }, true), () => {
+  kept.set(sessionStorage, "pins", pins.kept);
+  if (state.run) draw(state.run);
+});
 const motion = new Motion({
   canvas: $("#stage"), words: $("#motion-words"), scrub: $("#scrub"), clock: $("#clock"), play: $("#play"),
   slow: $("#slow"), exaggeration: $("#exaggeration"),
@@ -80,13 +88,14 @@ function draw(run) {
   const { arrays } = run;
   if (state.wheel >= run.events.length) state.wheel = 0;
   fitting = true;
-  force.show(run.force, run.time, arrays, run.events, state.wheel, state.pins);
+  force.show(run.force, run.time, arrays, run.events, state.wheel, pins.list);
   below.show(run.below, run.time, arrays, run.events, state.wheel, []);
   fitting = false;
   phase.show(run.phase, arrays);
   spectrum.show(run.spectrum, arrays, run.channels);
   options(below.select, run.channels.map(([key, name]) => [key, name]), run.below.key);
   motion.show(run, arrays);
+  pins.show(run, state.table);
   $("#summary").textContent = run.summary;
   document.title = `wheeltapper: ${run.summary}`;
   const notes = $("#notes");
@@ -128,6 +137,9 @@ const link = new Link(
     hello(frame) {
       sessionStorage.setItem("session", frame.session);
       if (frame.line) words(frame.line);
+      map.offer(frame.features);
+      $("#exports").replaceChildren(...frame.exports.map(([name, text]) =>
+        h("a", { className: "button", href: `export/${frame.session}/${name}`, download: name, textContent: text })));
       flush();
     },
     scene(frame) {
@@ -139,12 +151,15 @@ const link = new Link(
       $("#python").textContent = frame.python;
       $("#back").disabled = !frame.back;
       $("#forth").disabled = !frame.forth;
-      document.dispatchEvent(new CustomEvent("scene", { detail: frame }));
+      map.scene(frame);
+      if (state.run) pins.show(state.run, state.table);
     },
     async run(frame) {
       state.run = frame;
-      form.clear();
-      words("");
+      if (frame.seq !== state.refused) {  // else the line says why the run is still the one before
+        form.clear();
+        words("");
+      }
       draw(frame);
       await drawn();
       if (performance.getEntriesByName("slider").length) {
@@ -156,11 +171,16 @@ const link = new Link(
     },
     surface(frame) { motion.setSurface(frame, frame.arrays); },
     refused(frame) {
+      state.refused = frame.seq;
       const left = form.refuse(frame.lines);
       if (left.length) words(left.join(" — "));
       if (frame.run === false || frame.final) answered();
     },
     words(frame) { words(frame.line, true); },
+    map: (frame) => map.begin(frame),
+    "map tile": (frame) => map.tile(frame),
+    "map arrows": (frame) => map.arrows(frame),
+    "map refused": (frame) => map.refused(frame),
   });
 
 // -- buttons and keys -----------------------------------------------------------------------------------------------------
@@ -176,6 +196,8 @@ $("#theme").addEventListener("click", () => {
   retheme(theme);
 });
 wishes.addEventListener("change", () => { if (kept.get(localStorage, "theme") === null) retheme(wishes.matches ? "dark" : "light"); });
+$("#pin").addEventListener("click", () => words(pins.add(state.run, state.table, state.wheel)));
+listen(() => sessionStorage.getItem("session"), () => link.send({ do: "show" }));
 $("#help").addEventListener("click", () => $("#keys").showModal());
 for (const button of document.querySelectorAll("[data-copy]")) {
   button.addEventListener("click", async () => {
