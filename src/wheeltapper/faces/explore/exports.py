@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from wheeltapper.faces.explore.sampling import channels_of, times_of
+from wheeltapper.faces.explore.sampling import Part, channels_of, times_of
 from wheeltapper.faces.explore.scenes import python_of, toml_of
 from wheeltapper.faces.explore.session import Session
 from wheeltapper.ground.errors import InputError, with_suggestion
@@ -61,7 +61,7 @@ def _history(session: Session) -> bytes:
     channels = channels_of(history)
     names = ["time [s]", *(f"{one.key.replace('|', ', ')} [{one.unit}]" for one in channels)]
     out = io.StringIO()
-    rows = np.column_stack([history.time.values, *(one.of(history) for one in channels)])
+    rows = np.column_stack([history.time.values, *(one.of(Part(history)) for one in channels)])
     header = ",".join(f'"{name}"' if "," in name else name for name in names)
     np.savetxt(out, rows, "%.9g", ",", header=header, comments="")
     return out.getvalue().encode()

@@ -77,8 +77,11 @@ class Explorer:
 
     def serve(self) -> None:
         """Answer in this thread, until Ctrl-C."""
-        self._server.run(sockets=[self._socket])
-        self._desk.pool.shutdown(wait=False, cancel_futures=True)
+        try:
+            self._server.run(sockets=[self._socket])
+        finally:
+            self._socket.close()
+            self._desk.close()
 
     def start(self) -> Explorer:
         """Answer in a thread of its own, and return at once."""

@@ -33,6 +33,24 @@ SURFACE = 8000
 NO_CHANNEL = ("time", "static_force")
 
 
+class Part(NamedTuple):
+    """Some of the times at which a record was sampled: a history, a window of it, the samples of a spectrum."""
+
+    data: xr.Dataset
+    rows: slice = slice(None)
+
+    @property
+    def time(self) -> FloatArray:
+        """Times, s."""
+        return np.asarray(self.data.time.values[self.rows])
+
+    def of(self, name: str, at: dict[str, Any]) -> FloatArray:
+        """Return a variable over time, for one wheel or body."""
+        held = self.data[name]
+        chosen = {along: value for along, value in at.items() if along in held.dims}
+        return np.asarray((held.sel(chosen) if chosen else held).values[self.rows], dtype=float)
+
+
 class Channel(NamedTuple):
     """One line that a panel can show: a variable, and of which wheel or body it is."""
 
@@ -43,10 +61,9 @@ class Channel(NamedTuple):
     meaning: str
     at: dict[str, Any]
 
-    def of(self, history: xr.Dataset) -> FloatArray:
+    def of(self, part: Part) -> FloatArray:
         """Return its values over time."""
-        held = history[self.variable]
-        return np.asarray(held.sel(self.at).values if self.at else held.values, dtype=float)
+        return part.of(self.variable, self.at)
 
 
 def channels_of(history: xr.Dataset) -> list[Channel]:
@@ -96,22 +113,27 @@ class Shown:
 
 def run_frame(record: Record, shown: Shown, seq: int) -> Frame:
     """Return everything that a page draws of a run but the surfaces, which seldom change."""
-    history = record.at(times_of(record))
-    channels = {channel.key: channel for channel in channels_of(history)}
+    whole = times_of(record)
+    zoomed = shown.first > 0.0 or shown.last is not None
+    near = times_of(record, shown.first, shown.last) if zoomed else whole[:0]
+    even = np.arange(SPECTRUM) * (record.end / SPECTRUM)
+    data = record.at(np.concatenate([whole, near, even]))  # at once: most of a short run's time goes into the labels
+    history = Part(data, slice(0, len(whole)))
+    window = Part(data, slice(len(whole), len(whole) + len(near))) if zoomed else history
+    channels = {channel.key: channel for channel in channels_of(data)}
     frame = Frame(
         "run", seq=seq, summary=str(record), outcome=record.outcome.name, notes=[str(note) for note in record.notes],
         end=record.end, speed=record.scenario.speed, numbers=numbers_of(record),
         channels=[[one.key, _name(one), one.unit] for one in channels.values()],
     )  # fmt: skip
-    window = history
-    if shown.first > 0.0 or shown.last is not None:
-        window = record.at(times_of(record, shown.first, shown.last))
-    frame.head["time"] = frame.array(window.time.values)
+    frame.head["time"] = frame.array(window.time)
     forces = [one for one in channels.values() if one.variable == FORCE]
     frame.head["force"] = _force_panel(frame, record, window, forces)
     frame.head["below"] = _below_panel(frame, window, channels, shown.below)
     frame.head["phase"] = _phase_panel(frame, history, channels, shown.phase)
-    frame.head["spectrum"] = _spectrum_panel(frame, record, channels, shown.spectrum)
+    frame.head["spectrum"] = _spectrum_panel(
+        frame, record.end, Part(data, slice(-SPECTRUM, None)), channels, shown.spectrum
+    )
     frame.head["events"] = [_marks(frame, record, contact) for contact in range(len(record._contacts.static_force))]
     frame.head["motion"] = _motion(frame, record, history)
     return frame
@@ -151,16 +173,16 @@ def _panel(frame: Frame, lines: list[tuple[str, FloatArray]], unit: str, title: 
     return {"title": title, "unit": shown, "factor": factor, "lines": drawn}
 
 
-def _force_panel(frame: Frame, record: Record, window: xr.Dataset, forces: list[Channel]) -> dict[str, Any]:
+def _force_panel(frame: Frame, record: Record, window: Part, forces: list[Channel]) -> dict[str, Any]:
     several = len(forces) > 1
     of = "each wheel" if record._contacts.has_sides else "each wheelset" if several else "the wheelset"
-    lines = [(one.words or "wheelset", one.of(window)) for one in forces[:MOST_LINES]]
+    lines = [(one.words or "normal force", one.of(window)) for one in forces[:MOST_LINES]]
     panel = _panel(frame, lines, "N", f"Normal force on {of}")
     static = record._contacts.static_force[: len(lines)]
     return panel | {"key": FORCE, "static": [panel["factor"] * float(value) for value in static]}
 
 
-def _below_panel(frame: Frame, window: xr.Dataset, channels: dict[str, Channel], key: str) -> dict[str, Any]:
+def _below_panel(frame: Frame, window: Part, channels: dict[str, Channel], key: str) -> dict[str, Any]:
     chosen = _several(channels, key, ("wheel_displacement", "displacement"))
     first = chosen[0]
     lines = [(one.words or one.variable.replace("_", " "), one.of(window)) for one in chosen]
@@ -174,7 +196,7 @@ def _below_panel(frame: Frame, window: xr.Dataset, channels: dict[str, Channel],
     return _panel(frame, lines, first.unit, title) | {"key": first.key}
 
 
-def _phase_panel(frame: Frame, history: xr.Dataset, channels: dict[str, Channel], key: str) -> dict[str, Any]:
+def _phase_panel(frame: Frame, history: Part, channels: dict[str, Channel], key: str) -> dict[str, Any]:
     """Return displacement and velocity of one thing; the last third of the run is marked by the page."""
     pairs = {one.key: other for one in channels.values() if (other := _velocity(one, channels)) is not None}
     if not pairs:
@@ -202,21 +224,20 @@ def _velocity(channel: Channel, channels: dict[str, Channel]) -> Channel | None:
     return next((channels[k] for one in candidates if (k := f"{one}|{rest}" if rest else one) in channels), None)
 
 
-def _spectrum_panel(frame: Frame, record: Record, channels: dict[str, Channel], key: str) -> dict[str, Any]:
+def _spectrum_panel(frame: Frame, end: float, even: Part, channels: dict[str, Channel], key: str) -> dict[str, Any]:
     """Return the amplitudes of a line's harmonics, by a Hann window over the whole run."""
     chosen = channels.get(key) or next((one for one in channels.values() if one.variable == FORCE), None)
     chosen = chosen or next(iter(channels.values()))
-    times = np.arange(SPECTRUM) * (record.end / SPECTRUM)
-    values = chosen.of(record.at(times))
+    values = chosen.of(even)
     window = np.hanning(SPECTRUM + 1)[:-1]
     with np.errstate(invalid="ignore", over="ignore"):
         amplitudes = 2.0 * np.abs(np.fft.rfft((values - values.mean()) * window)) / window.sum()
-    frequency = np.arange(len(amplitudes)) / record.end
+    frequency = np.arange(len(amplitudes)) / end
     kept = slice(1, SPECTRUM // 4)  # above a quarter of the rate, corners of a force fold back
     factor, unit = in_unit([float(np.nanmax(amplitudes[kept], initial=0.0)) / 4.0], chosen.unit)
     words = f", {chosen.words}" if chosen.words else ""
     return {
-        "title": f"Spectrum of the {chosen.variable.replace('_', ' ')}{words} (Hann window, {record.end:.4g} s)",
+        "title": f"Spectrum of the {chosen.variable.replace('_', ' ')}{words} (Hann window, {end:.4g} s)",
         "key": chosen.key, "x": frame.array(frequency[kept]), "y": frame.array(factor * amplitudes[kept]),
         "unit": unit,
     }  # fmt: skip
@@ -239,7 +260,7 @@ def _marks(frame: Frame, record: Record, contact: int) -> dict[str, Any]:
 # -- the motion -------------------------------------------------------------------------------------------------------
 
 
-def _motion(frame: Frame, record: Record, history: xr.Dataset) -> dict[str, Any]:
+def _motion(frame: Frame, record: Record, history: Part) -> dict[str, Any]:
     """Return what is drawn in motion: the wheels of one side, bodies, deck and rail, over the history's times."""
     contacts, scenario = record._contacts, record.scenario
     side = 1 if contacts.has_sides else 0
@@ -251,35 +272,29 @@ def _motion(frame: Frame, record: Record, history: xr.Dataset) -> dict[str, Any]
         wheels.append(
             {
                 "x": float(contacts.position[row]), "static": float(contacts.static_force[row]),
-                "y": frame.array(_wheel_height(history, at, number)), "force": frame.array(_at(history, FORCE, at)),
+                "y": frame.array(_wheel_height(history, at, number)), "force": frame.array(history.of(FORCE, at)),
                 "rail": _optional(frame, history, "rail_displacement", at), "radius": _radius(scenario, number),
                 "contact": row,
             }
         )  # fmt: skip
     return {
-        "time": frame.array(history.time.values), "wheels": wheels, "bodies": list(_bodies(frame, record, history)),
+        "time": frame.array(history.time), "wheels": wheels, "bodies": list(_bodies(frame, record, history)),
         "deck": _optional(frame, history, "deck_displacement", {}), "track": _track(scenario),
     }  # fmt: skip
 
 
-def _at(history: xr.Dataset, name: str, at: dict[str, Any]) -> FloatArray:
-    held = history[name]
-    chosen = {along: value for along, value in at.items() if along in held.dims}
-    return np.asarray(held.sel(chosen).values if chosen else held.values, dtype=float)
+def _optional(frame: Frame, history: Part, name: str, at: dict[str, Any]) -> int | None:
+    return frame.array(history.of(name, at)) if name in history.data.data_vars else None
 
 
-def _optional(frame: Frame, history: xr.Dataset, name: str, at: dict[str, Any]) -> int | None:
-    return frame.array(_at(history, name, at)) if name in history.data_vars else None
-
-
-def _wheel_height(history: xr.Dataset, at: dict[str, Any], number: int) -> FloatArray:
+def _wheel_height(history: Part, at: dict[str, Any], number: int) -> FloatArray:
     """Return the height of a wheel's centre over that of the first touch, m."""
-    if "wheel_displacement" in history.data_vars:
-        return _at(history, "wheel_displacement", at)
-    below = _at(history, "indentation", at)
-    height = _at(history, "constraint", at) - below  # of a wagon: a wheel is where its contact is
-    if "rail_displacement" in history.data_vars:
-        height = height + np.nan_to_num(_at(history, "rail_displacement", at))
+    if "wheel_displacement" in history.data.data_vars:
+        return history.of("wheel_displacement", at)
+    below = history.of("indentation", at)
+    height = history.of("constraint", at) - below  # of a wagon: a wheel is where its contact is
+    if "rail_displacement" in history.data.data_vars:
+        height = height + np.nan_to_num(history.of("rail_displacement", at))
     return height
 
 
@@ -291,25 +306,24 @@ def _radius(scenario: Scenario, number: int) -> float:
     return float(found)
 
 
-def _bodies(frame: Frame, record: Record, history: xr.Dataset) -> Iterator[dict[str, Any]]:
+def _bodies(frame: Frame, record: Record, history: Part) -> Iterator[dict[str, Any]]:
     """Return the bodies above the wheels: boxes of a wagon, the frame of a bogie."""
     vehicle: Any = record.scenario.vehicle
-    if "frame" in history.data_vars:
+    if "frame" in history.data.data_vars:
         x = record._contacts.position
         pitch = _optional(frame, history, "frame_pitch", {})
         size = {"x": float(x.mean()), "z": 0.65, "length": float(np.ptp(x)) + 0.9, "height": 0.18}
-        yield size | {"name": "frame", "y": frame.array(_at(history, "frame", {})), "pitch": pitch}
-    elif "body" in history.dims:
+        yield size | {"name": "frame", "y": frame.array(history.of("frame", {})), "pitch": pitch}
+    elif "body" in history.data.dims:
         boxes = vehicle.boxes
-        for name in history.body.values.tolist():
+        for name in history.data.body.values.tolist():
             if name not in boxes or name.startswith("wheelset"):
                 continue
             (x, _, z), (length, _, height) = boxes[name]
-            place = history.displacement.sel(body=name)
-            moved = np.asarray(place.sel(motion="z").values - place.sel(motion="z").values[0], dtype=float)
+            place = history.of("displacement", {"body": name, "motion": "z"})
             yield {
                 "name": name, "x": float(x), "z": float(z), "length": float(length), "height": float(height),
-                "y": frame.array(moved), "pitch": None,
+                "y": frame.array(place - place[0]), "pitch": None,
             }  # fmt: skip
 
 

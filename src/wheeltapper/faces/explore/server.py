@@ -67,6 +67,11 @@ class Desk:
         self.last: Session | None = None
         self.pool = ThreadPoolExecutor(max_workers=max(2, core_count()), thread_name_prefix="explorer")
 
+    def close(self) -> None:
+        """Stop computing, and remove what was dropped."""
+        self.pool.shutdown(wait=False, cancel_futures=True)
+        self._folder.cleanup()
+
     @property
     def start(self) -> Scenario:
         """What a page shows that brings nothing."""

@@ -17,9 +17,12 @@ export function digits(value, count = 4) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "—";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  if (size >= 1e6 || size < 1e-4) return value.toExponential(count - 1).replace(/\.?0+e/, "e");
+  if (size >= 1e6 || size < 1e-4) return value.toExponential(count - 1).replace(/\.?0+e/, "e").replace("e+", "e");
   return String(Number(value.toPrecision(count)));
 }
+
+// A field's path in words: irregularity.0.height is the height of irregularity 1.
+export const pathText = (path) => path.replace(/\.(\d+)/g, (_, number) => ` ${Number(number) + 1}`).replaceAll("_", " ").replaceAll(".", ", ");
 
 // A unit as it is printed: m/s^2 becomes m/s².
 const RAISED = { "-": "⁻", ".": "·", 0: "⁰", 1: "¹", 2: "²", 3: "³", 5: "⁵" };

@@ -87,7 +87,7 @@ export class Form {
       const unset = entry.fields.filter(isUnset), set = entry.fields.filter((held) => !isUnset(held));
       return [wrong, ...set.map((held) => this.entry(held)), ...(unset.length ? [this.unset(entry, unset)] : [])];
     }
-    const items = entry.items.map((item) => this.part({ ...item, name: item.type ? `${item.name}: ${item.type}` : item.name, types: item.types }));
+    const items = entry.items.map((item) => this.part(item));
     if (!entry.types.length) return [wrong, ...items];
     const select = h("select", { "aria-label": `add to ${entry.name}` }, ...entry.types.map((type) => h("option", { value: type, text: type })));
     const add = h("button", {

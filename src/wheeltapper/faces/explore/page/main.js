@@ -56,6 +56,9 @@ function words(text, plain = false) {
   $("#words").classList.toggle("plain", plain);
 }
 
+// What was told of a work that is done is told no longer.
+const quiet = () => { if ($("#words").classList.contains("plain")) words(""); };
+
 // -- edits --------------------------------------------------------------------------------------------------------------
 
 // At most one edit is under way; of those that come meanwhile, the newest of each field follows.
@@ -177,10 +180,10 @@ const link = new Link(
       if (frame.run === false || frame.final) answered();
     },
     words(frame) { words(frame.line, true); },
-    map: (frame) => map.begin(frame),
+    map(frame) { quiet(); map.begin(frame); },
     "map tile": (frame) => map.tile(frame),
-    "map arrows": (frame) => map.arrows(frame),
-    "map refused": (frame) => map.refused(frame),
+    "map arrows"(frame) { quiet(); map.arrows(frame); },
+    "map refused"(frame) { quiet(); map.refused(frame); },
   });
 
 // -- buttons and keys -----------------------------------------------------------------------------------------------------

@@ -1,10 +1,11 @@
 // The map of a feature over two fields: an image filled tile by tile, arrows of the gradient, a click that loads a cell.
 
-import { $, digits, options, unitText } from "./dom.js";
+import { $, digits, options, pathText, unitText } from "./dom.js";
 import { leaves } from "./form.js";
 import { Panel, extremes, look, setKey, source } from "./plots.js";
 
 const WAIT = 250;
+const SHOWN = { N: [1e-3, "kN"], s: [1e3, "ms"], m: [1e3, "mm"] };
 
 export class FeatureMap extends Panel {
   constructor(ask, load) {
@@ -75,7 +76,7 @@ export class FeatureMap extends Panel {
     this.table = table;
     const held = [...leaves(form)].filter((entry) => entry.kind === "quantity" && entry.value !== null && entry.low !== undefined);
     this.fields = new Map(held.map((entry) => [entry.path, entry]));
-    const pairs = held.map((entry) => [entry.path, entry.path.replaceAll("_", " ").replaceAll(".", ", ")]);
+    const pairs = held.map((entry) => [entry.path, pathText(entry.path)]);
     for (const [along, usual] of [["x", "speed"], ["y", this.fields.has("irregularity.0.height") ? "irregularity.0.height" : "vehicle.damping"]]) {
       const select = $(`#map-${along}`), before = select.value;
       const chosen = this.fields.has(before) ? before : this.fields.has(usual) ? usual : held.find((entry) => entry.path !== $("#map-x").value)?.path;
@@ -132,6 +133,7 @@ export class FeatureMap extends Panel {
   begin(frame) {
     if (frame.number !== this.number) return;
     const { size, x, y } = frame;
+    [this.scale, frame.unit] = SHOWN[frame.unit] ?? [1, frame.unit];
     this.map = { ...frame, rest: this.rests, values: new Float64Array(size * size).fill(NaN), done: 0 };
     this.cell = null;
     this.chosen.data = { x: [], y: [] };
@@ -139,7 +141,7 @@ export class FeatureMap extends Panel {
     this.heads.data = { x: [], y: [], angle: [] };
     const scaled = (along, [path, low, high]) => {
       const entry = this.fields.get(path);
-      this[`${along}Scale`] = { factor: entry.factor, unit: unitText(entry.unit), name: path.replaceAll("_", " ").replaceAll(".", ", ") };
+      this[`${along}Scale`] = { factor: entry.factor, unit: unitText(entry.unit), name: pathText(path) };
       return [low / entry.factor, high / entry.factor];
     };
     this.xs = scaled("x", x);
@@ -157,7 +159,7 @@ export class FeatureMap extends Panel {
     const { map } = this;
     if (frame.number !== this.number || !map) return;
     const held = frame.arrays[frame.values], [from, to] = frame.rows, [first, last] = frame.columns;
-    for (let row = from, k = 0; row < to; row += 1) for (let column = first; column < last; column += 1, k += 1) map.values[row * map.size + column] = held[k];
+    for (let row = from, k = 0; row < to; row += 1) for (let column = first; column < last; column += 1, k += 1) map.values[row * map.size + column] = this.scale * held[k];
     map.done = frame.done;
     this.paint();
     const share = frame.done / map.size ** 2;
