@@ -189,7 +189,7 @@ class Link:
     async def _answer_run(self, edits: list[dict[str, Any]], asked: dict[str, dict[str, Any]]) -> None:
         session, number, seq = self._held, self._newest.get("run", 0), self._seq
         self._desk.last = session
-        settled = any(one.get("settled", True) for one in edits)
+        settled, before, refused = any(one.get("settled", True) for one in edits), session.scene, []
         if edits:
             refused = await self._in_thread(session.edit, edits)
             if refused:
@@ -200,6 +200,11 @@ class Link:
         if "look" in asked:
             session.shown = _shown(asked["look"], session.shown)
         settled = settled or "show" in asked
+        if edits and session.scene is before and session.record is not None and not refused and not asked:
+            frame = await self._in_thread(session.scene_frame)  # a slider came to rest where its run is shown already
+            frame.head["seq"] = seq
+            await self._send(frame)
+            return
         if not edits and not {"back", "forth", "look", "show"} & set(asked):
             return
         try:

@@ -88,7 +88,9 @@ class Session:
                 refused.append(Refused(error.field or path, str(error)))
             except (ArithmeticError, AttributeError, KeyError, OSError, TypeError, ValueError) as error:
                 refused.append(Refused(path, f"{path}: {' '.join(str(error).split()) or type(error).__name__}"))
-        if self.scene != before:
+        if self.scene == before:
+            self.scene = before  # with its record
+        else:
             self.past = [*self.past, before][-PAST:]
             self.future = []
             self.record = None

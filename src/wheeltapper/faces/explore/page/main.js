@@ -156,8 +156,10 @@ const link = new Link(
       $("#forth").disabled = !frame.forth;
       map.scene(frame);
       if (state.run) pins.show(state.run, state.table);
+      if (frame.seq !== undefined) answered();
     },
     async run(frame) {
+      const begin = performance.now();
       state.run = frame;
       if (frame.seq !== state.refused) {  // else the line says why the run is still the one before
         form.clear();
@@ -167,6 +169,7 @@ const link = new Link(
       await drawn();
       if (performance.getEntriesByName("slider").length) {
         performance.measure("slider to picture", "slider");
+        performance.measure("drawing", { start: begin, end: performance.now() });
         performance.clearMarks("slider");
       }
       document.documentElement.dataset.drawn = frame.seq;
