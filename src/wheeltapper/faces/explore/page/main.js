@@ -13,6 +13,7 @@ const kept = {
   get: (store, name) => { try { return JSON.parse(store.getItem(name)); } catch { return null; } },
   set: (store, name, value) => { try { store.setItem(name, JSON.stringify(value)); } catch { /* full, or forbidden */ } },
 };
+let fitting = false;  // while the page itself sets the window of time
 const state = { run: null, wheel: 0, table: null, waiting: false, pending: new Map(), frame: null };
 
 // -- the theme ----------------------------------------------------------------------------------------------------------
@@ -85,17 +86,37 @@ function answered() {
 const form = new Form($("#form"), $("#meaning"), edit);
 const look = (what) => link.send({ do: "look", ...what });
 
+// -- panels out of sight are drawn when they come into it ---------------------------------------------------------------
+
+const inSight = new Set(), later = new Map();
+const sight = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) {
+    if (!isIntersecting) { inSight.delete(target); continue; }
+    inSight.add(target);
+    later.get(target)?.();
+  }
+}, { rootMargin: "40px" });
+for (const panel of [force, below, phase, spectrum]) sight.observe(panel.root);
+
+function paint(panel, show) {
+  const work = () => {
+    later.delete(panel.root);
+    fitting = true;
+    show();
+    fitting = false;
+  };
+  if (inSight.has(panel.root)) work(); else later.set(panel.root, work);
+}
+
 // -- drawing a run ------------------------------------------------------------------------------------------------------
 
 function draw(run) {
   const { arrays } = run;
   if (state.wheel >= run.events.length) state.wheel = 0;
-  fitting = true;
-  force.show(run.force, run.time, arrays, run.events, state.wheel, pins.list);
-  below.show(run.below, run.time, arrays, run.events, state.wheel, []);
-  fitting = false;
-  phase.show(run.phase, arrays);
-  spectrum.show(run.spectrum, arrays, run.channels);
+  paint(force, () => force.show(run.force, run.time, arrays, run.events, state.wheel, pins.list));
+  paint(below, () => below.show(run.below, run.time, arrays, run.events, state.wheel, []));
+  paint(phase, () => phase.show(run.phase, arrays));
+  paint(spectrum, () => spectrum.show(run.spectrum, arrays, run.channels));
   options(below.select, run.channels.map(([key, name]) => [key, name]), run.below.key);
   motion.show(run, arrays);
   pins.show(run, state.table);
@@ -110,7 +131,7 @@ function draw(run) {
 
 // -- the time window: zooming asks for finer samples ----------------------------------------------------------------------
 
-let fitting = false, asked = 0;
+let asked = 0;
 function zoomed(range) {
   if (fitting || !state.run) return;
   clearTimeout(asked);

@@ -46,6 +46,7 @@ export class Motion {
 
   setSurface(frame, arrays) {
     this.surface = { x: arrays[frame.x], rail: arrays[frame.rail], turn: arrays[frame.turn], wheel: arrays[frame.wheel] };
+    this.surface.depth = span(this.surface.wheel);
     this.draw();
   }
 
@@ -188,13 +189,14 @@ export class Motion {
   drawWheel(pen, ink, wheel, { px, up, ground, scale, factor, x, y, force }) {
     const radius = wheel.radius * scale, centre = ground - radius - up * y, middle = px(x + wheel.x);
     const rolled = (x + wheel.x) / wheel.radius, { surface } = this;
+    // a fault of the tread is exaggerated like the heights, but leaves most of the wheel
+    const deep = up * Math.min(1, 0.3 * radius / Math.max(1e-9, up * (surface?.depth ?? 0)));
     pen.beginPath();
     for (let step = 0; step <= 240; step += 1) {
       const turn = 2 * Math.PI * step / 240;
       // a place at the rolled distance s touches below when the wheel has rolled s
       const held = surface ? mixed(surface.wheel, place(surface.turn, wrapped(rolled + turn))) : 0;
-      // a fault of the tread is exaggerated like the heights, towards the wheel's inside
-      const reach = radius + held * up * Math.min(1, 0.3 * radius / Math.max(1e-9, Math.abs(span(surface?.wheel ?? [0])) * up));
+      const reach = radius + held * deep;
       pen.lineTo(middle + reach * Math.sin(turn), centre + reach * Math.cos(turn));
     }
     pen.closePath();

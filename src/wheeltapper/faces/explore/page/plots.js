@@ -8,12 +8,15 @@ const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [12, 4], [4, 2], [1, 2], [6, 2
 export const MOST_LINES = 8, MOST_PINS = 4;
 const TOOLS = "xpan,xwheel_zoom,xbox_zoom,reset";
 
-export const look = () => {
+const looks = {};  // by theme: to ask the style sheet takes as long as to draw a panel
+export const look = () => looks[document.documentElement.dataset.theme] ??= asked();
+
+function asked() {
   const dark = document.documentElement.dataset.theme === "dark";
   const css = getComputedStyle(document.documentElement);
   const held = (name) => css.getPropertyValue(name).trim();
   return { colours: dark ? DARK : LIGHT, ink: held("--ink"), soft: held("--soft"), paper: held("--panel"), rule: held("--rule"), shade: held("--shade"), pins: held("--pin") };
-};
+}
 
 const empty = () => ({ x: new Float64Array(0), y: new Float64Array(0) });
 const source = (data = empty()) => new Bokeh.ColumnDataSource({ data });
