@@ -14,11 +14,14 @@ import shutil
 import subprocess
 import sys
 import time
+from importlib.util import find_spec
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 from options import parser_of
+
+from wheeltapper.faces.explore.launch import NEEDED
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = Path(sys.executable).with_name("wheeltapper")
@@ -100,8 +103,9 @@ def main() -> None:
     for name, file in SCENES.items():
         times = march_times(ROOT / "examples" / file, options.repeats)
         print(f"{name}\n  {'march alone, ms: median, 95 %':44}{median(times):8.1f}{share(times, 0.95):9.1f}")
-        if options.chromium is None:
-            print("  no chromium: nothing is measured in the browser")
+        missing = [module for module in ("playwright", *NEEDED) if find_spec(module) is None]
+        if options.chromium is None or missing:
+            print(f"  no {', '.join(missing) or 'chromium'}: nothing is measured in the browser")
             continue
         from playwright.sync_api import sync_playwright
 

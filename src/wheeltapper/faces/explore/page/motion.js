@@ -1,7 +1,7 @@
 // The motion: wheels, rail, sleepers or deck on a canvas, with the force beside; time is slowed, heights are exaggerated.
 
 import { digits } from "./dom.js";
-import { look } from "./plots.js";
+import { extremes, look } from "./plots.js";
 
 const STEPS = 10000, GAUGE = 132, LONGEST_WHEEL = 92, HEIGHT_SHARE = 9;
 const SLOWED = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
@@ -40,7 +40,8 @@ export class Motion {
       wheels: motion.wheels.map((wheel) => ({ ...wheel, y: arrays[wheel.y], force: arrays[wheel.force], rail: array(wheel.rail) })),
       bodies: motion.bodies.map((body) => ({ ...body, y: arrays[body.y], pitch: array(body.pitch) })),
     };
-    this.run.reach = Math.max(...this.run.wheels.map((wheel) => span(wheel.y)), 1e-9);
+    const [deepest, highest] = extremes(this.run.wheels.map((wheel) => wheel.y), 0);  // zero: where a rail without a load is
+    this.run.reach = Math.max(highest - deepest, 1e-9);
     this.draw();
   }
 
