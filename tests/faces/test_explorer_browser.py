@@ -144,7 +144,7 @@ def test_wrong_input_is_said_beside_its_field_and_a_reload_keeps_the_scene(
 def test_a_click_on_the_map_loads_its_run(server: Server, opened: Callable[..., Any]) -> None:
     page = opened(server.address)
     page.locator("body").press("m")
-    page.wait_for_selector("html[data-mapped]", timeout=60_000)
+    page.wait_for_selector("html[data-mapped]", timeout=300_000)  # its kernels may have to be compiled
     page.locator("#map").scroll_into_view_if_needed()
     page.wait_for_function("() => document.querySelector('#map .key').textContent.includes('steepest rise')")
     before = page.inner_text("#summary")

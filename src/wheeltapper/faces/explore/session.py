@@ -194,7 +194,9 @@ class Session:
         if key != self.sent_surface:
             frames.append(surface_frame(record.scenario, record.end))
             self.sent_surface = key
-        return [*frames, run_frame(record, self.shown, seq)]
+        frame = run_frame(record, self.shown, seq)
+        frame.head["table"] = table_of(record.scenario)  # a pin has to hold the scene of the run that it shows
+        return [*frames, frame]
 
     def scene_frame(self) -> Frame:
         """Return the form of the scene, and the scene as the page keeps and copies it."""

@@ -119,7 +119,7 @@ function draw(run) {
   paint(spectrum, () => spectrum.show(run.spectrum, arrays, run.channels));
   options(below.select, run.channels.map(([key, name]) => [key, name]), run.below.key);
   motion.show(run, arrays);
-  pins.show(run, state.table);
+  pins.show(run);
   $("#summary").textContent = run.summary;
   document.title = `wheeltapper: ${run.summary}`;
   const notes = $("#notes");
@@ -176,7 +176,7 @@ const link = new Link(
       $("#back").disabled = !frame.back;
       $("#forth").disabled = !frame.forth;
       map.scene(frame);
-      if (state.run) pins.show(state.run, state.table);
+      if (state.run) pins.show(state.run);
       if (frame.seq !== undefined) answered();
     },
     async run(frame) {
@@ -223,7 +223,7 @@ $("#theme").addEventListener("click", () => {
   retheme(theme);
 });
 wishes.addEventListener("change", () => { if (kept.get(localStorage, "theme") === null) retheme(wishes.matches ? "dark" : "light"); });
-$("#pin").addEventListener("click", () => words(pins.add(state.run, state.table, state.wheel)));
+$("#pin").addEventListener("click", () => words(pins.add(state.run, state.wheel)));
 listen(() => sessionStorage.getItem("session"), () => link.send({ do: "show" }));
 $("#help").addEventListener("click", () => $("#keys").showModal());
 for (const button of document.querySelectorAll("[data-copy]")) {

@@ -11,12 +11,12 @@ export class Pins {
     this.root = $("#pins");
   }
 
-  add(run, table, wheel) {
-    if (!run || !table) return "This scene holds a Python function: it cannot be pinned.";
+  add(run, wheel) {
+    if (!run?.table) return "This scene holds a Python function: it cannot be pinned.";
     if (this.list.length >= MOST_PINS) return `There are ${MOST_PINS} pins; remove one first.`;
     const line = run.force.lines[wheel] ?? run.force.lines[0];
     this.list.push({
-      table, numbers: run.numbers, time: run.arrays[run.time],
+      table: run.table, numbers: run.numbers, time: run.arrays[run.time],
       force: run.arrays[line.values].map((value) => value / run.force.factor),
     });
     this.changed();
@@ -33,14 +33,14 @@ export class Pins {
     return this.list.map((pin) => ({ ...pin, time: Array.from(pin.time, (value) => Number(value.toPrecision(8))), force: Array.from(pin.force, (value) => Number(value.toPrecision(6))) }));
   }
 
-  show(run, table) {
+  show(run) {
     this.root.hidden = !this.list.length;
     if (!this.list.length || !run) return;
     const names = Object.keys(run.numbers);
     const head = h("tr", {}, h("th", { textContent: "" }), ...names.map((name) => h("th", { textContent: name })), h("th", { textContent: "differs in (pinned; now)" }), h("th"));
     const row = (name, numbers, differs, buttons) => h("tr", {}, h("td", { textContent: name }),
       ...names.map((one) => h("td", { textContent: digits(numbers[one], 5) })), h("td", { className: "changed", textContent: differs }), h("td", {}, ...buttons));
-    $("table", this.root).replaceChildren(head, row("now", run.numbers, "", []), ...this.list.map((pin, i) => row(`pin ${i + 1}`, pin.numbers, differences(pin.table, table), [
+    $("table", this.root).replaceChildren(head, row("now", run.numbers, "", []), ...this.list.map((pin, i) => row(`pin ${i + 1}`, pin.numbers, differences(pin.table, run.table), [
       h("button", { className: "small", textContent: "load", "aria-label": `load pin ${i + 1}`, onclick: () => this.bring(pin.table) }), " ",
       h("button", { className: "small", textContent: "remove", "aria-label": `remove pin ${i + 1}`, onclick: () => this.remove(i) }),
     ])));
