@@ -59,9 +59,9 @@ class Page:
         self.run, self.arrays = self.next("run")
 
     def next(self, *kinds: str) -> tuple[Head, list[Any]]:
-        """Return the next frame of one of some kinds."""
+        """Return the next frame of one of some kinds; kernels may have to be compiled first."""
         while True:
-            message = self.socket.recv(timeout=120)
+            message = self.socket.recv(timeout=900)
             assert isinstance(message, bytes)
             head, arrays = decoded(message)
             if head["kind"] in kinds:
