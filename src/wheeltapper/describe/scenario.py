@@ -321,7 +321,8 @@ def _item_index(items: tuple[Any, ...], key: str) -> int | None:
     return names.index(key) if key in names else None
 
 
-def _names_a_file(table: dict[str, Any], key: str, value: str) -> bool:
+def names_a_file(table: dict[str, Any], key: str, value: str) -> bool:
+    """Return True where the text in a noun's table is the path of a file."""
     if table.get("type") == "WheelRail":
         return key in ("wheel", "rail") and value not in BUILT_IN
     return key == "path"
@@ -331,7 +332,7 @@ def relative_paths(data: Any, folder: Path) -> Any:
     """Return a scenario's table; paths of files in it become relative to a folder."""
     if isinstance(data, dict):
         return {
-            k: str(folder / v) if isinstance(v, str) and _names_a_file(data, k, v) else relative_paths(v, folder)
+            k: str(folder / v) if isinstance(v, str) and names_a_file(data, k, v) else relative_paths(v, folder)
             for k, v in data.items()
         }
     if isinstance(data, list):

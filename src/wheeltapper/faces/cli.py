@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from cyclopts import App, CycloptsError, Parameter
 
 from wheeltapper._version import __version__
+from wheeltapper.faces.cli_explore import explore
 from wheeltapper.faces.cli_limits import limits
 from wheeltapper.faces.cli_orbits import orbits
 from wheeltapper.faces.cli_report import report
@@ -30,7 +31,7 @@ app = App(
 )
 app.register_install_completion_command(help="Install completion for this shell (bash, zsh, fish).")
 
-for command in (limits, diagnose, assess, design, report, orbits):
+for command in (limits, diagnose, assess, design, report, orbits, explore):
     app.command(command)
 
 

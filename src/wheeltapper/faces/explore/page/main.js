@@ -1,0 +1,257 @@
+// The page: what the server sends goes to its parts, what is changed in them goes to the server, the newest first.
+
+import { $, drawn, h, options } from "./dom.js";
+import { listen } from "./drop.js";
+import { Form } from "./form.js";
+import { Link } from "./link.js";
+import { FeatureMap } from "./map.js";
+import { Motion } from "./motion.js";
+import { Pins } from "./pins.js";
+import { History, Phase, Spectrum } from "./plots.js";
+
+const kept = {
+  get: (store, name) => { try { return JSON.parse(store.getItem(name)); } catch { return null; } },
+  set: (store, name, value) => { try { store.setItem(name, JSON.stringify(value)); } catch { /* full, or forbidden */ } },
+};
+let fitting = false;  // while the page itself sets the window of time
+const state = { run: null, wheel: 0, table: null, waiting: false, pending: new Map(), frame: null };
+
+// -- the theme ----------------------------------------------------------------------------------------------------------
+
+const wishes = matchMedia("(prefers-color-scheme: dark)");
+function setTheme(theme) {
+  document.documentElement.dataset.theme = theme;
+  $("#theme").textContent = theme === "dark" ? "light" : "dark";
+  $("#theme").setAttribute("aria-pressed", theme === "dark");
+}
+setTheme(kept.get(localStorage, "theme") ?? (wishes.matches ? "dark" : "light"));
+
+// -- parts --------------------------------------------------------------------------------------------------------------
+
+const force = new History("force", { pins: true, marks: true });
+const below = new History("below");
+const phase = new Phase(), spectrum = new Spectrum();
+const map = new FeatureMap((message) => link.send(message), (values) => edit({ do: "set several", values }, true));
+const panels = [force, below, phase, spectrum, map];
+const pins = new Pins(kept.get(sessionStorage, "pins"), (table) => edit({ do: "bring", scene: table }, true), () => {
+  kept.set(sessionStorage, "pins", pins.kept);
+  if (state.run) draw(state.run);
+});
+const motion = new Motion({
+  canvas: $("#stage"), words: $("#motion-words"), scrub: $("#scrub"), clock: $("#clock"), play: $("#play"),
+  slow: $("#slow"), exaggeration: $("#exaggeration"),
+}, (time, index) => {
+  force.point(time);
+  below.point(time);
+  if (!state.run || !motion.playing || index % 4 === 0) phase.point(index);
+});
+
+function retheme(theme) {
+  setTheme(theme);
+  for (const panel of panels) panel.dress();
+  if (state.run) draw(state.run);
+}
+
+function words(text, plain = false) {
+  $("#words").textContent = text;
+  $("#words").classList.toggle("plain", plain);
+}
+
+// What was told of a work that is done is told no longer.
+const quiet = () => { if ($("#words").classList.contains("plain")) words(""); };
+
+// -- edits --------------------------------------------------------------------------------------------------------------
+
+// At most one edit is under way; of those that come meanwhile, the newest of each field follows.
+function edit(message, settled = true) {
+  state.pending.delete(`${message.do} ${message.path}`);
+  state.pending.set(`${message.do} ${message.path}`, { ...message, settled });
+  flush();
+}
+
+function flush() {
+  if (state.waiting || !link.open) return;
+  for (const [key, message] of state.pending) {
+    state.pending.delete(key);
+    state.waiting = link.send(message);
+    if (state.waiting) { state.sent = performance.now(); return; }
+  }
+}
+
+function answered() {
+  state.waiting = false;
+  flush();
+}
+
+const form = new Form($("#form"), $("#meaning"), edit);
+const look = (what) => link.send({ do: "look", ...what });
+
+// -- panels out of sight are drawn when they come into it ---------------------------------------------------------------
+
+const inSight = new Set(), later = new Map();
+const sight = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) {
+    if (!isIntersecting) { inSight.delete(target); continue; }
+    inSight.add(target);
+    later.get(target)?.();
+  }
+}, { rootMargin: "40px" });
+for (const panel of [force, below, phase, spectrum]) sight.observe(panel.root);
+
+function paint(panel, show) {
+  const work = () => {
+    later.delete(panel.root);
+    fitting = true;
+    show();
+    fitting = false;
+  };
+  if (inSight.has(panel.root)) work(); else later.set(panel.root, work);
+}
+
+// -- drawing a run ------------------------------------------------------------------------------------------------------
+
+function draw(run) {
+  const { arrays } = run;
+  if (state.wheel >= run.events.length) state.wheel = 0;
+  paint(force, () => force.show(run.force, run.time, arrays, run.events, state.wheel, pins.list));
+  paint(below, () => below.show(run.below, run.time, arrays, run.events, state.wheel, []));
+  paint(phase, () => phase.show(run.phase, arrays));
+  paint(spectrum, () => spectrum.show(run.spectrum, arrays, run.channels));
+  options(below.select, run.channels.map(([key, name]) => [key, name]), run.below.key);
+  motion.show(run, arrays);
+  pins.show(run);
+  $("#summary").textContent = run.summary;
+  document.title = `wheeltapper: ${run.summary}`;
+  const notes = $("#notes");
+  if (notes.dataset.held !== run.notes.join("\n")) {
+    notes.dataset.held = run.notes.join("\n");
+    notes.replaceChildren(...run.notes.map((note) => h("li", { textContent: note })));
+  }
+}
+
+// -- the time window: zooming asks for finer samples ----------------------------------------------------------------------
+
+let asked = 0;
+function zoomed(range) {
+  if (fitting || !state.run) return;
+  clearTimeout(asked);
+  asked = setTimeout(() => {
+    const first = Math.max(0, range.start), last = Math.min(state.run.end, range.end);
+    state.zoom = first > 1e-6 * state.run.end || last < state.run.end * (1 - 1e-6);
+    look(state.zoom && last > first ? { first, last } : { first: null, last: null });
+  }, 120);
+}
+for (const { x_range } of [force.figure, below.figure].map((figure) => figure)) {
+  for (const name of ["start", "end"]) x_range.properties[name].change.connect(() => zoomed(x_range));
+}
+
+// -- the connection -----------------------------------------------------------------------------------------------------
+
+let everFound = false;
+const link = new Link(
+  () => ({ session: sessionStorage.getItem("session") ?? "", scene: kept.get(sessionStorage, "scene") ?? null, last: kept.get(localStorage, "scene") }),
+  {
+    found() { words(""); state.waiting = false; everFound = true; },
+    lost() {
+      state.waiting = false;
+      words(everFound
+        ? "The connection to the explorer is lost; this page tries again. If it was ended, start it again: its new page brings this scene back."
+        : "The explorer does not answer. Start it again with: wheeltapper explore");
+    },
+    hello(frame) {
+      sessionStorage.setItem("session", frame.session);
+      if (frame.line) words(frame.line);
+      map.offer(frame.features);
+      $("#exports").replaceChildren(...frame.exports.map(([name, text]) =>
+        h("a", { className: "button", href: `export/${frame.session}/${name}`, download: name, textContent: text })));
+      flush();
+    },
+    scene(frame) {
+      state.table = frame.table;
+      kept.set(sessionStorage, "scene", frame.table);
+      kept.set(localStorage, "scene", frame.table);
+      form.show(frame.form);
+      $("#toml").textContent = frame.toml;
+      $("#python").textContent = frame.python;
+      $("#back").disabled = !frame.back;
+      $("#forth").disabled = !frame.forth;
+      map.scene(frame);
+      if (state.run) pins.show(state.run);
+      if (frame.seq !== undefined) answered();
+    },
+    async run(frame) {
+      const begin = performance.now();
+      state.run = frame;
+      if (frame.seq !== state.refused) {  // else the line says why the run is still the one before
+        form.clear();
+        words("");
+      }
+      draw(frame);
+      await drawn();
+      if (performance.getEntriesByName("slider").length) {
+        performance.measure("slider to picture", "slider");
+        performance.measure("drawing", { start: begin, end: performance.now() });
+        performance.clearMarks("slider");
+      }
+      document.documentElement.dataset.drawn = frame.seq;
+      answered();
+    },
+    surface(frame) { motion.setSurface(frame, frame.arrays); },
+    refused(frame) {
+      state.refused = frame.seq;
+      const left = form.refuse(frame.lines);
+      if (left.length) words(left.join(" — "));
+      if (frame.run === false || frame.final) answered();
+    },
+    words(frame) { words(frame.line, true); },
+    map(frame) { quiet(); map.begin(frame); },
+    "map tile": (frame) => map.tile(frame),
+    "map arrows"(frame) { quiet(); map.arrows(frame); },
+    "map refused"(frame) { quiet(); map.refused(frame); },
+  });
+
+// -- buttons and keys -----------------------------------------------------------------------------------------------------
+
+for (const panel of [below, phase, spectrum]) {
+  panel.select.addEventListener("change", () => look({ [panel.root.id]: panel.select.value }));
+}
+$("#back").addEventListener("click", () => link.send({ do: "back" }));
+$("#forth").addEventListener("click", () => link.send({ do: "forth" }));
+$("#theme").addEventListener("click", () => {
+  const theme = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
+  kept.set(localStorage, "theme", theme);
+  retheme(theme);
+});
+wishes.addEventListener("change", () => { if (kept.get(localStorage, "theme") === null) retheme(wishes.matches ? "dark" : "light"); });
+$("#pin").addEventListener("click", () => words(pins.add(state.run, state.wheel)));
+listen(() => sessionStorage.getItem("session"), () => link.send({ do: "show" }));
+$("#help").addEventListener("click", () => $("#keys").showModal());
+for (const button of document.querySelectorAll("[data-copy]")) {
+  button.addEventListener("click", async () => {
+    const text = $(`#${button.dataset.copy}`).textContent;
+    try { await navigator.clipboard.writeText(text); } catch {
+      getSelection().selectAllChildren($(`#${button.dataset.copy}`));
+      document.execCommand("copy");
+    }
+    button.textContent = "copied";
+    setTimeout(() => { button.textContent = "copy"; }, 1200);
+  });
+}
+document.addEventListener("keydown", (event) => {
+  const typing = event.target.closest("input:not([type=range]):not([type=checkbox]), select, textarea");
+  if (event.ctrlKey && event.key.toLowerCase() === "z" && !typing) {
+    event.preventDefault();
+    $(event.shiftKey ? "#forth" : "#back").click();
+    return;
+  }
+  if (typing || event.ctrlKey || event.metaKey || event.altKey || $("#keys").open) return;
+  const act = {
+    " ": () => !event.target.closest("button, summary, input") && motion.toggle(), ",": () => motion.step(-0.002), ".": () => motion.step(0.002),
+    p: () => $("#pin").click(), l: () => $("#theme").click(), "?": () => $("#help").click(),
+    m: () => { $("#map-part").open = !$("#map-part").open; },
+  }[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+  if (act && act() !== false) event.preventDefault();
+});
+
+await Promise.all(panels.map((panel) => panel.attach()));
+if (state.run) draw(state.run);

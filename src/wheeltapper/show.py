@@ -1,0 +1,18 @@
+"""Shows: the explorer in the browser."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wheeltapper.ground.lazily import lazily
+
+if TYPE_CHECKING:
+    from wheeltapper.faces.explore.launch import Explorer as Explorer
+    from wheeltapper.faces.explore.launch import explore as explore
+
+_HOMES = {"Explorer": "faces.explore.launch", "explore": "faces.explore.launch"}
+"""Public names of the room, and the module that holds each."""
+
+__all__ = [*_HOMES]
+
+__getattr__, __dir__ = lazily(__name__, _HOMES)

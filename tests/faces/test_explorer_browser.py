@@ -1,0 +1,218 @@
+"""The explorer's page in headless Chromium: what a user does, and what the page then shows."""
+
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from .pages import EXTRA
+
+ROOT = Path(__file__).parents[2]
+PROGRAM = Path(sys.executable).with_name("wheeltapper")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+MISSING = "no package playwright" if find_spec("playwright") is None else "no chromium" if CHROMIUM is None else ""
+FLAGS = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+]  # fmt: skip
+pytestmark = [EXTRA, pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=f"the page is not tested: {MISSING}")]
+BUMP = "completed, 0.12 s: 11 impacts"
+
+
+class Server:
+    """The command, in a process of its own."""
+
+    def __init__(self, folder: Path, *options: str) -> None:
+        self.process = subprocess.Popen(
+            [PROGRAM, "explore", *options, "--no-browser"], cwd=folder, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        assert self.process.stdout is not None
+        self.address = self.process.stdout.readline().split()[-1]
+        self.port = self.address.split(":")[2].split("/")[0]
+
+    def end(self, by: int = signal.SIGINT) -> tuple[int, str]:
+        self.process.send_signal(by)
+        said, _ = self.process.communicate(timeout=30)
+        return self.process.returncode, said
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    held = Server(tmp_path_factory.mktemp("page"))
+    yield held
+    code, said = held.end()
+    assert (code, said) == (0, "wheeltapper: explorer ended\n"), "Ctrl-C ends it, and nothing else was said"
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        held = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield held
+        held.close()
+
+
+@pytest.fixture
+def opened(browser: Any) -> Iterator[Callable[..., Any]]:
+    """Return what opens a page; at the end no page may have met an error."""
+    context = browser.new_context(viewport={"width": 1500, "height": 1000}, accept_downloads=True)
+    errors: list[str] = []
+
+    def open_page(address: str) -> Any:
+        page = context.new_page()
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto(address)
+        page.wait_for_selector("html[data-drawn]", timeout=60_000)
+        return page
+
+    yield open_page
+    context.close()
+    assert errors == []
+
+
+def shows(page: Any, text: str) -> None:
+    page.wait_for_function("text => document.querySelector('#summary').textContent.includes(text)", arg=text)
+
+
+def type_into(page: Any, path: str, text: str) -> Any:
+    field = page.locator(f'[data-path="{path}"] input.number')
+    field.fill(text)
+    field.press("Enter")
+    return field
+
+
+def test_sliders_keys_pins_and_undo(server: Server, opened: Callable[..., Any]) -> None:
+    page = opened(server.address)
+    shows(page, BUMP)
+    page.locator('[data-path="vehicle.damping"] input[type=range]').focus()
+    for _ in range(12):
+        page.keyboard.press("ArrowRight")
+    page.wait_for_function("() => performance.getEntriesByName('slider to picture').length >= 1")
+    page.wait_for_function(
+        "() => !document.querySelector('#summary').textContent.includes('11 impacts, largest force 5.566')"
+    )
+    page.keyboard.press("p")
+    assert page.locator("#pins tr").count() == 3
+    assert "pin 1" in page.inner_text("#force .key")
+    for _ in range(40):  # each change of a slider by a key is settled
+        if page.locator("#back").is_disabled():
+            break
+        page.click("#back")
+        page.wait_for_timeout(60)
+    shows(page, f"{BUMP}, largest force 5.566")
+    assert "vehicle.damping" in page.inner_text("#pins")
+    page.locator("body").press("l")
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    page.focus("#pictures")
+    page.keyboard.press(" ")
+    page.wait_for_function("() => parseFloat(document.querySelector('#clock').textContent) > 0")
+    page.keyboard.press(" ")
+    assert page.get_attribute("#play", "aria-pressed") == "false"
+
+
+def test_wrong_input_is_said_beside_its_field_and_a_reload_keeps_the_scene(
+    server: Server, opened: Callable[..., Any]
+) -> None:
+    page = opened(server.address)
+    for text, said in (("-3", "greater than 0"), ("12 kN", "not a mass"), ("1e400", "mass"), ("lots", "mass")):
+        type_into(page, "vehicle.mass", text)
+        page.wait_for_function(
+            "said => document.querySelector('[data-path=\"vehicle.mass\"] .wrong').textContent.includes(said)", arg=said
+        )
+        shows(page, BUMP)
+    type_into(page, "vehicle.mass", "1600 kg")
+    page.wait_for_function("() => document.querySelector('#toml').textContent.includes('mass = 1600')")
+    assert page.inner_text('[data-path="vehicle.mass"] .wrong') == ""
+    page.reload()
+    page.wait_for_selector("html[data-drawn]")
+    page.wait_for_function("() => document.querySelector('#toml').textContent.includes('mass = 1600')")
+    page.select_option('[data-path="track"] > summary select', "FloatingDeck")
+    page.wait_for_selector('[data-path="track.stiffness"]')
+    page.wait_for_function("() => document.querySelector('#toml').textContent.includes('FloatingDeck')")
+
+
+def test_a_click_on_the_map_loads_its_run(server: Server, opened: Callable[..., Any]) -> None:
+    page = opened(server.address)
+    page.locator("body").press("m")
+    page.wait_for_selector("html[data-mapped]", timeout=300_000)  # its kernels may have to be compiled
+    page.locator("#map").scroll_into_view_if_needed()
+    page.wait_for_function("() => document.querySelector('#map .key').textContent.includes('steepest rise')")
+    before = page.inner_text("#summary")
+    box = page.locator("#map .plot").bounding_box()
+    page.mouse.click(box["x"] + 0.7 * box["width"], box["y"] + 0.3 * box["height"])
+    page.wait_for_function("before => document.querySelector('#summary').textContent !== before", arg=before)
+    speed = page.evaluate("Number(document.querySelector('#toml').textContent.match(/speed = ([\\d.]+)/)[1])")
+    assert 11.0 < speed < 16.0
+    page.focus("#map")
+    clicked = page.inner_text("#summary")
+    for key in ("ArrowLeft", "ArrowLeft", "ArrowDown", "Enter"):
+        page.keyboard.press(key)
+    page.wait_for_function("before => document.querySelector('#summary').textContent !== before", arg=clicked)
+
+
+def test_nothing_on_the_page_comes_from_elsewhere_and_every_picture_is_named(
+    server: Server, browser: Any, opened: Callable[..., Any]
+) -> None:
+    page = opened(server.address)
+    loaded = page.evaluate("performance.getEntriesByType('resource').map(entry => entry.name)")
+    assert len(loaded) > 10
+    assert {name for name in loaded if not name.startswith(server.address)} == set()
+    for name in ("force", "below", "phase", "spectrum"):
+        assert len(page.inner_text(f"#{name} h2")) > 10
+    labels = page.evaluate(
+        """() => Bokeh.documents.flatMap(held => held.roots())
+            .flatMap(figure => [...figure.xaxis, ...figure.yaxis]).map(axis => axis.axis_label)"""
+    )
+    assert len(labels) == 10
+    assert all("[" in label for label in labels if label.strip())
+    unnamed = page.evaluate(
+        """() => [...document.querySelectorAll("input, select, button")].filter(held => held.checkVisibility()
+            && !held.labels?.length && !held.getAttribute("aria-label") && !held.textContent.trim()).length"""
+    )
+    assert unnamed == 0
+
+
+def test_ten_tabs_have_ten_scenes_and_a_killed_server_loses_none(tmp_path: Path, opened: Callable[..., Any]) -> None:
+    first = Server(tmp_path)
+    pages = [opened(first.address) for _ in range(10)]
+    for number, page in enumerate(pages):
+        type_into(page, "speed", f"{5 + number / 10} m/s")
+    for number, page in enumerate(pages):
+        page.wait_for_function(
+            "text => document.querySelector('#toml').textContent.includes(text)", arg=f"speed = {5 + number / 10}"
+        )
+    code, said = first.end(signal.SIGKILL)
+    assert (code, said) == (-signal.SIGKILL, "")
+    page = pages[3]
+    page.wait_for_function("() => document.querySelector('#words').textContent.includes('connection')")
+    assert "speed = 5.3" in page.text_content("#toml")
+    type_into(page, "speed", "7.5 m/s")  # nobody hears it yet
+    second = Server(tmp_path, "--port", first.port)
+    page.goto(second.address)  # in the same tab: its scene comes back
+    page.wait_for_selector("html[data-drawn]")
+    page.wait_for_function("() => document.querySelector('#toml').textContent.includes('speed = 5.3')")
+    code, said = second.end()
+    assert (code, said) == (0, "wheeltapper: explorer ended\n")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [420, 1500])
+def test_the_page_fits_its_window_in_light_and_dark(
+    server: Server, opened: Callable[..., Any], scheme: str, width: int
+) -> None:
+    page = opened(server.address)
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": width, "height": 900})
+    time.sleep(0.3)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.evaluate("document.documentElement.dataset.theme") == scheme
