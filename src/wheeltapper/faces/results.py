@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wheeltapper.diagnosis.force.reconstruction import Force
-from wheeltapper.faces.panels import BLUE, GREEN, RED, legend_above
+from wheeltapper.faces.panels import BLUE, GREEN, RED, legend_above, panels
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.record.record import Record
@@ -16,7 +16,6 @@ from wheeltapper.record.recording import Recording
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 SCALES = {"deck acceleration": (1.0, "m/s²"), "force": (1e-3, "kN")}
@@ -27,7 +26,7 @@ MOST = 8
 
 def draw_recording(recording: Recording) -> Figure:
     """Draw the samples over time; clipped ones are marked, missing ones are gaps."""
-    figure, axis = _one_panel()
+    figure, (axis,) = panels()
     factor, unit = SCALES[recording.quantity]
     times, samples = 1e3 * recording.times, factor * recording.samples
     axis.plot(times, samples, color=BLUE, linewidth=0.8, label="recorded")
@@ -41,7 +40,7 @@ def draw_recording(recording: Recording) -> Figure:
 
 def draw_force(force: Force) -> Figure:
     """Draw a reconstructed force over time, with twice its standard error where that is finite."""
-    figure, axis = _one_panel()
+    figure, (axis,) = panels()
     times, middle, half = 1e3 * force.times, force.force / 1e3, 2e-3 * force.deviation
     half = np.where(np.isfinite(half), half, np.nan)
     axis.fill_between(
@@ -97,7 +96,7 @@ def draw_records(records: Sequence[Any]) -> Figure:
     """Draw the normal forces of several records of a wheelset over each other."""
     if not 1 <= len(records) <= MOST:
         raise InputError("", "what", f"a list of {len(records)}", f"1 to {MOST} records")
-    figure, axis = _one_panel()
+    figure, (axis,) = panels()
     figure.set_size_inches(10.0, 4.5 + 0.2 * len(records))
     for number, record in enumerate(records):
         if not isinstance(record, Record) or SEVERAL_BODIES in record.scenario.needs:
@@ -108,10 +107,3 @@ def draw_records(records: Sequence[Any]) -> Figure:
     axis.set(xlabel="time [ms]", ylabel="normal force [kN]")
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=7)
     return figure
-
-
-def _one_panel() -> tuple[Figure, Axes]:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(8.0, 4.5))
-    return figure, figure.subplots()

@@ -270,11 +270,6 @@ def _moved(
     return rest, moved
 
 
-def is_modes(what: Any) -> bool:
-    """Return whether something is a result of `wheeltapper.modes`."""
-    return {"damping_ratio", "shape", "centre"} <= set(getattr(what, "variables", ()))
-
-
 def draw_modes_over_speed(several: Sequence[xr.Dataset]) -> Figure:
     """Draw the roots at several speeds, and the damping ratio of each mode over speed, by name where it is least."""
     from matplotlib.figure import Figure
