@@ -132,7 +132,7 @@ def _drawer_of_one(what: Any) -> Drawer | None:
     by_name = KINDS | TITLES
     found = next((by_name[name] for name in _names_of(what) if name in by_name), None)
     if found is None:
-        held = set(getattr(what, "variables", None) or getattr(what, "coords", ()))
+        held = set(getattr(what, "variables", ()))
         found = next((drawer for needed, drawer in HELD if needed <= held), None)
     return found
 

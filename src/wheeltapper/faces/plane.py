@@ -114,7 +114,7 @@ def integrated(corners: tuple[FloatArray, FloatArray], at: FloatArray) -> FloatA
     nodes = np.union1d(np.append(places, 0.0), at)
     middle = 0.5 * (nodes[1:] + nodes[:-1])
     rises = np.append(0.0, np.cumsum(slopes[np.searchsorted(places, middle)] * np.diff(nodes)))
-    return np.interp(at, nodes, rises - np.interp(0.0, nodes, rises))
+    return np.asarray(np.interp(at, nodes, rises - np.interp(0.0, nodes, rises)))
 
 
 # -- the view from the side -------------------------------------------------------------------------------------------

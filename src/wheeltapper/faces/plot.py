@@ -11,7 +11,6 @@ from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import SEVERAL_BODIES
 
 if TYPE_CHECKING:
-    import plotly.graph_objects
     import xarray as xr
     from matplotlib.figure import Figure
 
@@ -31,7 +30,7 @@ def plot(
 def plot(
     what: Any, path: str | Path | None = None, features: list[str] | None = None, border: xr.Dataset | None = None,
     against: Record | None = None, wheelset: int = 1, *, interactive: bool,
-) -> Figure | plotly.graph_objects.Figure: ...  # fmt: skip
+) -> Any: ...  # fmt: skip
 def plot(
     what: Any,
     path: str | Path | None = None,
@@ -41,7 +40,7 @@ def plot(
     wheelset: int = 1,
     *,
     interactive: bool = False,
-) -> Figure | plotly.graph_objects.Figure:
+) -> Any:
     """Draw a noun, a result, or several of a kind over one another.
 
     A record: path and wheel, normal force with losses shaded and impacts marked, and the deck if there is one. The

@@ -153,6 +153,8 @@ def draw_anomaly(anomaly: Anomaly) -> Figure:
     for number, name in enumerate(("pad", "ballast")):
         values = [100.0 * getattr(changes[seat], name) if seat in changes else 100.0 for seat in seats]
         axis.bar(np.array(seats) + 0.2 * (2 * number - 1), values, 0.4, color=COLOURS[number], label=name)
+    for seat in places:
+        axis.axvspan(seat - 0.5, seat + 0.5, color=RED, alpha=0.12, zorder=0)
     axis.set(xlabel="seat [number]", ylabel="stiffness over the track's [%]")
     legend_above(axis)
     voids = [f"{1e3 * float(one.void):g} mm" for one in changes.values() if one.void is not None]

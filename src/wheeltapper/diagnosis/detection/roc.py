@@ -85,7 +85,7 @@ class Roc(Shown):
 
 
 @dataclass(frozen=True)
-class FalseCalls:
+class FalseCalls(Shown):
     """False calls per 1,000 axles.
 
     Attributes
