@@ -13,6 +13,7 @@ from wheeltapper.ground.lazily import lazily
 if TYPE_CHECKING:
     from wheeltapper import diagnosis as diagnosis
     from wheeltapper import orbits as orbits
+    from wheeltapper import show as show
     from wheeltapper import tracks as tracks
     from wheeltapper.ask import stability as stability
     from wheeltapper.ask import wear as wear
@@ -97,6 +98,7 @@ _ROOMS = {
     "limits": "record.limits",
     "orbits": "orbits",
     "profiles": "describe.profile",
+    "show": "show",
     "stability": "ask.stability",
     "tracks": "tracks",
     "vehicles": "describe.vehicle",

@@ -68,7 +68,7 @@ def draw_gradient(found: xr.Dataset, features: list[str]) -> Figure:
 
 def draw_border_alone(border: xr.Dataset) -> Figure:
     """Draw the curves of a border over its two fields."""
-    first, second = (str(name) for name in border.data_vars if name != "line")
+    first, second, *_ = (str(name) for name in border.data_vars if name != "line")
     figure, (axis,) = panels()
     (x, x_label), (y, y_label) = (_read(border, name) for name in (first, second))
     for line in np.unique(border.line.values):

@@ -47,7 +47,8 @@ def interactive_figure(figure: Figure, path: Path | None = None) -> Any:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from plotly import graph_objects
 
-    FigureCanvasAgg(figure).draw()  # places and limits are known then
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()  # places and limits are known then
     out = graph_objects.Figure()
     layout: dict[str, Any] = {"template": "plotly_white", "annotations": [], "hovermode": "closest"}
     wide, tall = figure.get_size_inches() * 96.0
@@ -97,7 +98,7 @@ def _axes_layout(figure: Figure, axis: Axes, own: str) -> dict[str, Any]:
         f"xaxis{own}": _one_axis(axis.xaxis, axis.get_xlim(), axis.get_xscale(), axis.get_xlabel(), x, f"y{own}"),
         f"yaxis{own}": _one_axis(axis.yaxis, axis.get_ylim(), axis.get_yscale(), axis.get_ylabel(), y, f"x{own}"),
     }
-    if axis.yaxis.get_label_position() == "right":  # a second axis over a panel
+    if str(axis.yaxis.get_label_position()) == "right":  # a second axis over a panel
         twin = next((one for one in axis.figure.axes if one is not axis and one.bbox.bounds == axis.bbox.bounds), None)
         if twin is not None:
             number = figure.axes.index(twin) + 1
@@ -282,7 +283,7 @@ def _of_arrows(axis: Axes, found: Any) -> Iterator[Trace]:
 
 
 def _of_image(axis: Axes, image: Any) -> Iterator[Trace]:
-    values = np.ma.filled(np.ma.asarray(image.get_array(), dtype=float), np.nan)
+    values: FloatArray = np.ma.filled(np.ma.asarray(image.get_array(), dtype=float), np.nan)
     left, right, bottom, top = image.get_extent()
     rows, columns = values.shape[:2]
     if values.ndim == 2:
@@ -295,7 +296,7 @@ def _of_image(axis: Axes, image: Any) -> Iterator[Trace]:
 
 def _of_mesh(axis: Axes, mesh: Any) -> Iterator[Trace]:
     corners = np.asarray(mesh.get_coordinates(), dtype=float)
-    values = np.ma.filled(np.ma.asarray(mesh.get_array(), dtype=float), np.nan)
+    values: FloatArray = np.ma.filled(np.ma.asarray(mesh.get_array(), dtype=float), np.nan)
     shape = corners.shape[0] - 1, corners.shape[1] - 1
     if values.size == corners.shape[0] * corners.shape[1]:  # shaded between corners
         yield _heat(mesh, corners[0, :, 0], corners[:, 0, 1], values.reshape(corners.shape[:2]))

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wheeltapper.ask.study import unit_of
 from wheeltapper.describe.noun import Noun
 from wheeltapper.diagnosis.force.reconstruction import Force
-from wheeltapper.faces.panels import BLUE, COLOURS, GREEN, RED, legend_above, panels, words
+from wheeltapper.faces.panels import BLUE, COLOURS, GREEN, RED, in_unit, legend_above, panels, words
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.record import Record
 from wheeltapper.record.recording import Recording
@@ -131,6 +132,7 @@ def draw_records(records: Sequence[Record]) -> Figure:
                 )  # fmt: skip
     for wheelset, axis in enumerate(axes, 1):
         axis.set_ylabel("normal force [kN]")
+        axis.ticklabel_format(useOffset=False)
         if count > 1:
             axis.set_title(f"wheelset {wheelset}")
     axes[-1].set_xlabel("time [ms]")
@@ -152,7 +154,15 @@ def differences(records: Sequence[Record]) -> list[str]:
     apart = [name for name in names if len({str(one.get(name)) for one in fields}) > 1]
     if not 1 <= len(apart) <= MOST_APART:
         return [f"{number}: {record}" for number, record in enumerate(records)]
-    return [", ".join(_said(name, one.get(name)) for name in apart) for one in fields]
+    units = {name: _unit_of(records[0].scenario, name) for name in apart}
+    return [", ".join(_said(name, one.get(name), units[name]) for name in apart) for one in fields]
+
+
+def _unit_of(scenario: Any, path: str) -> str:
+    try:
+        return unit_of(scenario, path)
+    except InputError:  # not a field of its own, or of another kind of noun
+        return ""
 
 
 def _flat(noun: Any, path: str = "") -> dict[str, Any]:
@@ -168,6 +178,8 @@ def _flat(noun: Any, path: str = "") -> dict[str, Any]:
     return {path: noun}
 
 
-def _said(name: str, value: Any) -> str:
-    shown = f"{value:.5g}" if isinstance(value, float) else "none" if value is None else str(value)
-    return f"{words(name)} {shown}"
+def _said(name: str, value: Any, unit: str) -> str:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        factor, unit = in_unit(value, unit)
+        return f"{words(name)} {factor * value:.5g} {unit}".rstrip()
+    return f"{words(name)} {'none' if value is None else value}"

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.course import Course
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.vehicle.kinks import kinks_of
 from wheeltapper.faces.laws import curves_of, draw_force_of_contact
 from wheeltapper.faces.panels import COLOURS, RED, in_unit, legend_above, spaced
 from wheeltapper.faces.plane import draw_side, vehicle_words, wheels_of
 from wheeltapper.faces.vehicles import draw_view
-from wheeltapper.ground.needs import DECK, FLEXIBLE_TRACK, SEVERAL_BODIES
+from wheeltapper.ground.needs import BOGIE, DECK, FLEXIBLE_TRACK, SEVERAL_BODIES, WHEELSETS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,12 +55,14 @@ def _mark_static(axis: Axes, scenario: Scenario) -> None:
     """Mark the force at rest on the law, where the vehicle's wheels carry alike."""
     if SEVERAL_BODIES in scenario.needs:
         return
-    plane = scenario.vehicle.plane
-    weight = float(plane.wheelsets[0].weight)
+    weight = float(scenario.vehicle.plane.wheelsets[0].weight)
+    alone = not scenario.needs & {FLEXIBLE_TRACK, WHEELSETS, BOGIE} and not kinks_of(scenario.vehicle).needs
+    stiffness = float(scenario.vehicle.stiffness) if alone else 0.0  # elsewhere springs are stretched at rest
     first = curves_of(scenario.contact)[0]
-    inside = first.force.min() <= weight <= first.force.max()
-    if inside:
-        axis.plot([1e6 * np.interp(weight, first.force, first.x)], [weight / 1e3], "o", color=RED, label="at rest")
+    carried = first.force + stiffness * first.x
+    if carried.min() <= weight <= carried.max():
+        x, force = (float(np.interp(weight, carried, values)) for values in (first.x, first.force))
+        axis.plot([1e6 * x], [force / 1e3], "o", color=RED, label="at rest")
         legend_above(axis)
 
 
