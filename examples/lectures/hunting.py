@@ -3,7 +3,8 @@ Klingel's wave
 ==============
 
 Two cones on one axle steer themselves along the track, and swing about its middle: Klingel (1883) found the wavelength
-L = 2π·√(r·e/γ) from geometry alone: r is the rolling radius, e half the distance of the contacts, γ the conicity. With creep forces the same swing grows or decays, and above a critical speed it grows.
+L = 2π·√(r·e/γ) from geometry alone: r is the rolling radius, e half the distance of the contacts, γ the conicity.
+With creep forces the same swing grows or decays, and above a critical speed it grows.
 """  # noqa: D205, D400 - a title for the gallery
 
 import numpy as np
