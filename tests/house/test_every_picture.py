@@ -206,6 +206,9 @@ def test_what_recordings_say_of_fields_and_trains():
     assert flaws(wt.plot(recordings)) == []
     train = wt.diagnosis.diagnose_train(recordings, site)
     assert flaws(train.plot()) == []
+    assert flaws(wt.plot((train, train))) == []
+    bars = [bar.get_height() for bar in train.plot().axes[0].patches]
+    np.testing.assert_allclose(bars, [row["static_kn"] for row in train.table()])
     assert "axle 2" in train._repr_html_()
     estimate = train.findings[1].estimate
     assert flaws(estimate.plot()) == []

@@ -25,6 +25,9 @@ def test_an_interactive_record_has_the_same_lines_and_words(tmp_path):
     assert found.layout.yaxis2.title.text == "normal force [kN]"
     assert found.layout.title.text == drawn.get_suptitle()
     assert "plotly" in (tmp_path / "record.html").read_text(encoding="utf-8")
+    stems, *_ = wt.plot(record.impacts, interactive=True).data  # the last has no next one, whose interval it could have
+    forces = record.impacts.peak_force.values / 1e3
+    np.testing.assert_allclose(np.sort(stems.y[1::3]), np.sort(forces[np.isfinite(forces)]))
 
 
 def test_maps_tracks_and_vehicles_become_interactive():

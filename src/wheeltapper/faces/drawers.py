@@ -50,7 +50,7 @@ KINDS = {
     "diagnosis.inference.information.Information": Drawer("chances.draw_information"),
     "diagnosis.performance.Performance": Drawer("findings.draw_performance"),
     "diagnosis.site.design.Design": Drawer("findings.draw_design"),
-    "diagnosis.train.TrainFinding": Drawer("trains.draw_train"),
+    "diagnosis.train.TrainFinding": Drawer("trains.draw_train", "trains.draw_trains"),
     "orbits.orbit.Orbit": Drawer("orbits.draw_orbit"),
     "record.limits.comparison.LimitCheck": Drawer("joints.draw_limits"),
     "record.record.Record": Drawer("records.draw_record", "results.draw_records"),
@@ -107,7 +107,8 @@ def drawer_of(what: Any) -> Draw:
     if isinstance(what, dict):
         what = list(what.values())
     if isinstance(what, list | tuple):
-        return _function(_drawer_of_several(what).several)
+        draw = _function(_drawer_of_several(what).several)
+        return lambda _: draw(what)  # a dictionary's values, where it was one
     raise InputError("", "what", value_text(what), ALLOWED)
 
 
@@ -122,7 +123,9 @@ def _drawer_of_several(what: Any) -> Drawer:
         raise InputError("", "what", "an empty list", "1 or more of a kind")
     for number, drawer in enumerate(found):
         if drawer is None or not drawer.several or drawer != found[0]:
-            kinds = "Records, Recordings, laws of contact or creep, modes at rising speeds, or borders of orbits"
+            kinds = (
+                "Records, Recordings, trains, laws of contact or creep, modes at rising speeds, or borders of orbits"
+            )
             raise InputError("", f"what.{number}", value_text(what[number]), f"in a list several of a kind: {kinds}")
     assert found[0] is not None
     return found[0]

@@ -240,7 +240,9 @@ def _of_polygons(axis: Axes, found: Any) -> Iterator[Trace]:
 def _of_segments(axis: Axes, found: Any) -> Iterator[Trace]:
     parts: list[FloatArray] = []
     for segment in found.get_segments():
-        parts += [_in_data(axis, np.asarray(segment, dtype=float), found.get_transform()), np.full((1, 2), np.nan)]
+        points = np.asarray(segment, dtype=float).reshape(-1, 2)  # what is not known has none
+        if len(points):
+            parts += [_in_data(axis, points, found.get_transform()), np.full((1, 2), np.nan)]
     if parts:
         style = {"color": _colour(found.get_edgecolor()[0]), "width": 1.3 * float(found.get_linewidth()[0])}
         yield _scatter(*np.concatenate(parts).T, mode="lines", line=style, name=_label(found))

@@ -35,7 +35,8 @@ def animate(
     A wheel on a stiff track or a deck is shown close up, where it touches: heights are drawn far larger than lengths,
     the wheel's arc, too, so that indentations and gaps can be seen. Where the wheel rolls as a point, a small disc
     stands for it. Several wheelsets, and rails on sleepers, are shown from the side; so is a wagon, whose bodies move
-    from where they stood at `start`. The title tells how slow the motion is, and how exaggerated.
+    from where they stood at `start`, on a rail that is drawn straight. The title tells how slow the motion
+    is, and how exaggerated.
 
     Parameters
     ----------
