@@ -14,7 +14,7 @@ mass, constant, wavelength = 1500.0, 1.405e11, 0.05
 scene = wt.Scenario(
     vehicle=wt.Wheelset(mass=mass, load=91_307, stiffness=2.44e6, damping=5e4),
     contact=wt.Hertz(constant=constant),
-    irregularity=wt.Corrugation(amplitude=2e-6, wavelength=wavelength, start=0.05),
+    irregularity=wt.Corrugation(amplitude=5e-7, wavelength=wavelength, start=0.05),
     rolling="point",
     speed=7.0,
     duration=0.6,
