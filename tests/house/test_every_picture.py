@@ -202,7 +202,7 @@ def test_what_recordings_say_of_fields_and_trains():
     dots = figure.axes[0].get_lines()[0].get_xdata()
     np.testing.assert_allclose(dots, 100.0 * found.deviations[0])
     assert flaws(wt.diagnosis.combinations(found).plot()) == []
-    recordings = wt.diagnosis.synthesise_train(site, [None, "broken spring"], seed=2)
+    recordings = wt.synthesise(site, fault="broken spring", seed=2, count=2)
     assert flaws(wt.plot(recordings)) == []
     train = wt.diagnosis.diagnose_train(recordings, site)
     assert flaws(train.plot()) == []
