@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from wheeltapper._version import __version__ as __version__
 from wheeltapper.ground import progress as _progress
+from wheeltapper.ground import shown as _shown
 from wheeltapper.ground.lazily import lazily
 
 if TYPE_CHECKING:
@@ -116,6 +117,18 @@ def _progress_bar() -> AbstractContextManager[None]:
     return progress_bar()
 
 
-_progress.bar = _progress_bar
+def _draw(what: Any, *arguments: Any, **options: Any) -> Any:
+    from wheeltapper.faces.plot import plot
+
+    return plot(what, *arguments, **options)
+
+
+def _page(what: Any) -> str:
+    from wheeltapper.faces.pages import page
+
+    return page(what)
+
+
+_progress.bar, _shown.draw, _shown.page = _progress_bar, _draw, _page
 
 __getattr__, __dir__ = lazily(__name__, _HOMES, _ROOMS)

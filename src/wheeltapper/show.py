@@ -1,4 +1,4 @@
-"""Shows: the explorer in the browser."""
+"""Shows: the explorer in the browser, and records as moving pictures."""
 
 from __future__ import annotations
 
@@ -7,10 +7,15 @@ from typing import TYPE_CHECKING
 from wheeltapper.ground.lazily import lazily
 
 if TYPE_CHECKING:
+    from wheeltapper.faces.animation.animate import animate as animate
     from wheeltapper.faces.explore.launch import Explorer as Explorer
     from wheeltapper.faces.explore.launch import explore as explore
 
-_HOMES = {"Explorer": "faces.explore.launch", "explore": "faces.explore.launch"}
+_HOMES = {
+    "animate": "faces.animation.animate",
+    "Explorer": "faces.explore.launch",
+    "explore": "faces.explore.launch",
+}
 """Public names of the room, and the module that holds each."""
 
 __all__ = [*_HOMES]

@@ -282,7 +282,7 @@ WALK = {
     "wear_in, store": (lambda v: wear_in(store=v), ["a.csv", *[v for v in NOT_PATHS if v is not None]]),
     "marks": (wt.wear.marks, [*NOT_SCENARIOS, scene()]),
     "load": (wt.load, ["a.csv", "none.toml", "none.nc", "none.zarr", *NOT_PATHS]),
-    "plot": (wt.plot, [*NOT_SCENARIOS, scene()]),
+    "plot": (wt.plot, [value for value in NOT_SCENARIOS if value != wt.StiffTrack()]),
     "plot, path": (lambda v: wt.plot(record(), v), ["none/a.png", *[v for v in NOT_PATHS if v is not None]]),
     "plot, features": (lambda v: wt.plot(record(), features=v), [5, {"a": 1}, object()]),
     "plot, border": (lambda v: wt.plot(record(), border=v), [5, "x", {"a": 1}, record]),

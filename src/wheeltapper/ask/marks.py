@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.irregularity.measured import Measured
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.marks import SAMPLES, SEMI_AXIS, Surface
 from wheeltapper.lower.on_rails import memory_of, on_wheels, virgin_rail
 from wheeltapper.lower.plastic import patch_semi_axis
@@ -35,7 +36,7 @@ are periodic."""
 
 
 @dataclass(frozen=True)
-class Marks:
+class Marks(Shown):
     """The marks of one pass.
 
     Attributes

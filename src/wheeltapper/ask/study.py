@@ -187,11 +187,16 @@ def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
 
 
 def unit_of(scenario: Scenario, path: str) -> str:
-    """Return the SI unit of a field."""
+    """Return the SI unit of a field of a scenario."""
+    holder, name = field_at(scenario, path)
+    return field_unit(type(holder), name)
+
+
+def field_unit(kind: Any, name: str) -> str:
+    """Return the SI unit of a field of a kind of noun, "" of one that is no quantity."""
     from wheeltapper.ground.quantities import si_unit
 
-    holder, name = field_at(scenario, path)
-    field = type(holder).model_fields[name]
+    field = kind.model_fields[name]
     texts = [_path_description(field), *(_path_description(part) for part in _annotations(field.annotation))]
     return next((unit for text in texts if (unit := si_unit(text.partition(":")[0]))), "")
 

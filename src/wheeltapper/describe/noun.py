@@ -15,6 +15,7 @@ from wheeltapper.describe.registry import all_registered, register, room_of
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import NOTHING, Need
 from wheeltapper.ground.quantities import to_si
+from wheeltapper.ground.shown import Shown
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -58,7 +59,7 @@ class _Signature:
         return readable_signature(kind)
 
 
-class Noun(BaseModel, metaclass=NounMeta):
+class Noun(BaseModel, Shown, metaclass=NounMeta):
     """A frozen description: equal by value, hashable, picklable, printable; unknown names are refused.
 
     A class statement registers a kind of noun. With `abstract=True` it is a family, of which others are made.

@@ -20,6 +20,7 @@ from wheeltapper.diagnosis.inference.information import information
 from wheeltapper.diagnosis.inference.timing import TIME_ZERO
 from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.recording import Recording
 
@@ -38,7 +39,7 @@ MOST = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Finding:
+class Finding(Shown):
     """What one recording shows of a wheelset.
 
     Attributes

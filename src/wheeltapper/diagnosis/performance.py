@@ -28,6 +28,7 @@ from wheeltapper.diagnosis.site.synthetic import synthesise
 from wheeltapper.ground.arguments import as_count, as_names, as_path, as_table
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
+from wheeltapper.ground.shown import Shown
 
 FloatArray = NDArray[np.float64]
 
@@ -78,7 +79,7 @@ class FaultPerformance:
 
 
 @dataclass(frozen=True, eq=False)
-class Performance:
+class Performance(Shown):
     """How well a site distinguishes faults.
 
     Attributes

@@ -22,6 +22,7 @@ from wheeltapper.diagnosis.processes import Lost, in_processes
 from wheeltapper.ground.arguments import as_count, as_list, check_text
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
+from wheeltapper.ground.shown import Shown
 from wheeltapper.record.arguments import as_recordings
 from wheeltapper.record.limits.rule import Rule, Rules, as_rules
 from wheeltapper.record.recording import Recording
@@ -53,7 +54,7 @@ FEWEST = 6
 
 
 @dataclass(frozen=True, eq=False)
-class TrainFinding:
+class TrainFinding(Shown):
     """Findings of all wheelsets of a train.
 
     Attributes

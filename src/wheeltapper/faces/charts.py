@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.faces.panels import BLUE, RED, in_unit, legend_above, with_unit, words
+from wheeltapper.faces.panels import BLUE, RED, in_unit, legend_above, panels, with_unit, words
 from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError
 
@@ -32,6 +32,54 @@ def features_of(chart: xr.Dataset) -> list[str]:
     return [str(name) for name in chart.data_vars if name not in known and not str(name).endswith(parts)]
 
 
+def draw_chart_of_all(chart: xr.Dataset, features: list[str] | None = None, border: xr.Dataset | None = None) -> Figure:
+    """Draw a chart's features, by default all, and a border over them; or the elasticities of a gradient."""
+    from matplotlib.figure import Figure
+
+    chosen = features_of(chart) if features is None else features
+    for name in chosen:
+        check_choice(name, "features", features_of(chart))
+    if "value" in chart.coords:
+        return draw_gradient(chart, chosen)
+    figure = Figure()
+    draw_chart(figure, chart, chosen)
+    if border is not None:
+        draw_border(figure, chart, border)
+    return figure
+
+
+def draw_gradient(found: xr.Dataset, features: list[str]) -> Figure:
+    """Draw by how many per cent features change where a field changes by one per cent."""
+    parts = [(f"{words(name)}{', ' if wheel else ''}{wheel}", one[f"{name}_elasticity"].values)
+             for name in features for wheel, one in _of_each_wheel(found, name)]  # fmt: skip
+    fields = [words(str(path)) for path in found.parameter.values]
+    rows = np.arange(len(fields))
+    figure, (axis,) = panels(1, 1.6 + 0.25 * len(fields) * (len(parts) + 1))
+    width = 0.8 / len(parts)
+    for number, (label, values) in enumerate(parts):
+        axis.barh(rows + (number - 0.5 * (len(parts) - 1)) * width, values, 0.9 * width, label=label)
+    axis.axvline(0.0, color="0.4", linewidth=0.8)
+    axis.set_yticks(rows, fields)
+    axis.set(xlabel="change of the feature over that of the field [%/%]", ylim=(len(fields) - 0.5, -0.5))
+    legend_above(axis)
+    figure.suptitle("elasticities: gradients at the scenario's own values", x=0.02, ha="left", fontsize=9)
+    return figure
+
+
+def draw_border_alone(border: xr.Dataset) -> Figure:
+    """Draw the curves of a border over its two fields."""
+    first, second, *_ = (str(name) for name in border.data_vars if name != "line")
+    figure, (axis,) = panels()
+    (x, x_label), (y, y_label) = (_read(border, name) for name in (first, second))
+    for line in np.unique(border.line.values):
+        here = border.line.values == line
+        axis.plot(x[here], y[here], color=BLUE, marker=".", markersize=3)
+    axis.set(xlabel=x_label, ylabel=y_label)
+    losses = int(border.attrs["losses"])
+    figure.suptitle("border at which contact is first lost" if losses == 1 else f"border of the loss number {losses}")
+    return figure
+
+
 def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str]) -> None:
     """Draw some of a chart's features side by side: maps of two fields, lines over one, clouds of samples.
 
@@ -41,11 +89,11 @@ def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str]) -> None:
 
     for name in features:
         check_choice(name, "features", features_of(chart))
-    panels = [(name, one) for name in features for one in _of_each_wheel(chart, name)]
-    columns = min(len(panels), MOST_COLUMNS)
-    rows = -(-len(panels) // columns)
+    drawn = [(name, one) for name in features for one in _of_each_wheel(chart, name)]
+    columns = min(len(drawn), MOST_COLUMNS)
+    rows = -(-len(drawn) // columns)
     figure.set_size_inches(4.6 * columns, 4.4 * rows)
-    for number, (name, (wheel, chart)) in enumerate(panels, 1):
+    for number, (name, (wheel, chart)) in enumerate(drawn, 1):
         axis = figure.add_subplot(rows, columns, number)
         dimensions = chart[name].dims
         if dimensions == ("cell",):

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from wheeltapper.faces.panels import BLUE, GREEN, RED, in_unit, legend_above, with_unit, words
 from wheeltapper.ground.errors import InputError
-from wheeltapper.record.labels import BRANCH_TITLE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -223,20 +222,3 @@ def _draw_motion(motion: Axes, force: Axes, found: Any, time: NDArray[Any], stat
     force.axhline(static / 1e3, color="0.5", linewidth=0.8, linestyle="--", label="static")
     force.set(xlabel="time [ms]", ylabel="normal force [kN]")
     legend_above(force)
-
-
-def is_traces(what: Any) -> bool:
-    """Return True for several borders."""
-    titles = [getattr(one, "attrs", {}).get("title") for one in what] if isinstance(what, list | tuple) else []
-    return bool(titles) and all(title == TRACE for title in titles)
-
-
-TRACE = "wheeltapper trace"
-DRAWN = {
-    BRANCH_TITLE: draw_branch,
-    "wheeltapper returns": draw_returns,
-    "wheeltapper fates": draw_fates,
-    "wheeltapper ramp": draw_ramp,
-    TRACE: draw_trace,
-}
-"""What draws the datasets of the orbits, by their titles."""

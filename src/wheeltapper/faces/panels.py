@@ -8,9 +8,12 @@ import numpy as np
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 BLUE, RED, GREEN = "#1f4e79", "#c0392b", "#2e7d32"
 """The first colours of the style sheet; "C0" would be another colour once the sheet is no longer in use."""
+COLOURS = (BLUE, RED, GREEN, "#7f7f7f", "#d68910", "#6c3483", "#17a2b8", "#000000")
+"""Colours of lines over one another."""
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 PREFIXED = ("N", "s", "m", "J", "Pa", "N/m", "N s/m")
 """Units that take a prefix. Masses stay in kg, speeds in m/s."""
@@ -46,3 +49,18 @@ def words(path: str) -> str:
 def with_unit(name: str, unit: str) -> str:
     """Return a label: the name, and its unit in brackets if it has one."""
     return f"{name} [{unit}]" if unit else name
+
+
+def panels(rows: int = 1, height: float = 4.5, width: float = 8.0, **options: Any) -> tuple[Figure, Any]:
+    """Return a figure that pyplot does not know, and its panels above each other, (rows,); sizes are in inches."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height))
+    return figure, figure.subplots(rows, 1, squeeze=False, **options)[:, 0]
+
+
+def spaced(name: str) -> str:
+    """Return the name of a kind of noun in words: "FloatingDeck" is a floating deck."""
+    words_of = "".join(f" {letter}" if letter.isupper() else letter for letter in name).split()
+    known = sum(len(word) == 1 for word in words_of) > 1  # "S1002", "ERRI" and the like stay as they are
+    return name if known else " ".join(words_of).lower()

@@ -7,27 +7,27 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wheeltapper.ask.study import unit_of
+from wheeltapper.describe.noun import Noun
 from wheeltapper.diagnosis.force.reconstruction import Force
-from wheeltapper.faces.panels import BLUE, GREEN, RED, legend_above
-from wheeltapper.ground.errors import InputError, value_text
-from wheeltapper.ground.needs import SEVERAL_BODIES
+from wheeltapper.faces.panels import BLUE, COLOURS, GREEN, RED, in_unit, legend_above, panels, words
+from wheeltapper.ground.errors import InputError
 from wheeltapper.record.record import Record
 from wheeltapper.record.recording import Recording
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 SCALES = {"deck acceleration": (1.0, "m/s²"), "force": (1e-3, "kN")}
 """Factor and unit in which a recording's quantity is drawn."""
-MOST = 8
-"""Most records in one picture; more lines could not be told apart."""
+MOST, MOST_APART = 8, 3
+"""Most records in one picture, whose lines can be told apart, and most fields by which they are named."""
 
 
 def draw_recording(recording: Recording) -> Figure:
     """Draw the samples over time; clipped ones are marked, missing ones are gaps."""
-    figure, axis = _one_panel()
+    figure, (axis,) = panels()
     factor, unit = SCALES[recording.quantity]
     times, samples = 1e3 * recording.times, factor * recording.samples
     axis.plot(times, samples, color=BLUE, linewidth=0.8, label="recorded")
@@ -41,7 +41,7 @@ def draw_recording(recording: Recording) -> Figure:
 
 def draw_force(force: Force) -> Figure:
     """Draw a reconstructed force over time, with twice its standard error where that is finite."""
-    figure, axis = _one_panel()
+    figure, (axis,) = panels()
     times, middle, half = 1e3 * force.times, force.force / 1e3, 2e-3 * force.deviation
     half = np.where(np.isfinite(half), half, np.nan)
     axis.fill_between(
@@ -93,25 +93,93 @@ def _with_value(name: str, found: xr.DataArray) -> str:
     return f"{name} {round(value, 6):.3g} m/s²" if np.isfinite(value) else f"{name} unknown"
 
 
-def draw_records(records: Sequence[Any]) -> Figure:
-    """Draw the normal forces of several records of a wheelset over each other."""
-    if not 1 <= len(records) <= MOST:
-        raise InputError("", "what", f"a list of {len(records)}", f"1 to {MOST} records")
-    figure, axis = _one_panel()
-    figure.set_size_inches(10.0, 4.5 + 0.2 * len(records))
-    for number, record in enumerate(records):
-        if not isinstance(record, Record) or SEVERAL_BODIES in record.scenario.needs:
-            raise InputError("", f"what.{number}", value_text(record), "the record of a wheelset")
-        times = np.unique(np.concatenate([np.linspace(0.0, record.end, 4000), record.peaks.time.values]))
-        history = record.at(times)
-        axis.plot(1e3 * history.time, history.normal_force / 1e3, linewidth=0.9, label=f"{number}: {record}")
-    axis.set(xlabel="time [ms]", ylabel="normal force [kN]")
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=7)
+def draw_recordings(recordings: Sequence[Recording]) -> Figure:
+    """Draw several recordings, such as the channels of a site, each in a panel of its own on one axis of time."""
+    if len(recordings) > MOST:
+        raise InputError("", "what", f"a list of {len(recordings)}", f"1 to {MOST} recordings")
+    figure, axes = panels(len(recordings), 1.0 + 1.6 * len(recordings), sharex=True)
+    for number, (axis, recording) in enumerate(zip(axes, recordings, strict=True)):
+        factor, unit = SCALES[recording.quantity]
+        axis.plot(1e3 * recording.times, factor * recording.samples, color=BLUE, linewidth=0.8)
+        axis.set_ylabel(f"[{unit}]")
+        axis.set_title(f"{number + 1}: {recording.quantity}, {recording.source or 'recording'}".replace("_", " "))
+    axes[-1].set_xlabel("time after the trigger [ms]")
+    figure.suptitle(f"{len(recordings)} recordings", x=0.02, ha="left")
     return figure
 
 
-def _one_panel() -> tuple[Figure, Axes]:
-    from matplotlib.figure import Figure
+def draw_records(records: Sequence[Record]) -> Figure:
+    """Draw the normal forces of several records over each other, in a panel for each wheelset."""
+    if len(records) > MOST:
+        raise InputError("", "what", f"a list of {len(records)}", f"1 to {MOST} records")
+    wheelsets = [_wheelsets_of(record) for record in records]
+    for number, count in enumerate(wheelsets):
+        if count != wheelsets[0]:
+            found = f"a record of {count} wheelsets beside one of {wheelsets[0]}"
+            raise InputError("", f"what.{number}", found, "records of as many wheelsets")
+    count = wheelsets[0]
+    figure, axes = panels(count, 2.5 + 2.0 * count + 0.2 * len(records), 10.0, sharex=True)
+    for number, (record, label) in enumerate(zip(records, differences(records), strict=True)):
+        times = np.unique(np.concatenate([np.linspace(0.0, record.end, 4000), record.peaks.time.values]))
+        force = record.at(times).normal_force / 1e3
+        for wheelset, axis in enumerate(axes, 1):
+            one = force.sel(wheelset=wheelset) if "wheelset" in force.dims else force
+            sides = one.side.values if "side" in one.dims else [None]
+            for side in sides:
+                axis.plot(
+                    1e3 * times, one if side is None else one.sel(side=side), "--" if side == "right" else "-",
+                    linewidth=0.9, color=COLOURS[number], label=None if side == "right" else label,
+                )  # fmt: skip
+    for wheelset, axis in enumerate(axes, 1):
+        axis.set_ylabel("normal force [kN]")
+        axis.ticklabel_format(useOffset=False)
+        if count > 1:
+            axis.set_title(f"wheelset {wheelset}")
+    axes[-1].set_xlabel("time [ms]")
+    axes[-1].legend(loc="upper center", bbox_to_anchor=(0.5, -0.16 * max(1.0, 0.6 * count)), fontsize=7)
+    dashed = "; dashed: right" if "side" in force.dims else ""
+    figure.suptitle(f"normal forces of {len(records)} runs{dashed}", x=0.02, ha="left")
+    return figure
 
-    figure = Figure(figsize=(8.0, 4.5))
-    return figure, figure.subplots()
+
+def _wheelsets_of(record: Record) -> int:
+    forces = record.static_forces
+    return int(forces.sizes.get("wheelset", 1))
+
+
+def differences(records: Sequence[Record]) -> list[str]:
+    """Return what sets each record apart: the fields of its scenario that not all share, or else what it tells."""
+    fields = [_flat(record.scenario) for record in records]
+    names = dict.fromkeys(name for one in fields for name in one)
+    apart = [name for name in names if len({str(one.get(name)) for one in fields}) > 1]
+    if not 1 <= len(apart) <= MOST_APART:
+        return [f"{number}: {record}" for number, record in enumerate(records)]
+    units = {name: _unit_of(records[0].scenario, name) for name in apart}
+    return [", ".join(_said(name, one.get(name), units[name]) for name in apart) for one in fields]
+
+
+def _unit_of(scenario: Any, path: str) -> str:
+    try:
+        return unit_of(scenario, path)
+    except InputError:  # not a field of its own, or of another kind of noun
+        return ""
+
+
+def _flat(noun: Any, path: str = "") -> dict[str, Any]:
+    """Return the fields of a scenario by their paths."""
+    if isinstance(noun, Noun):
+        found: dict[str, Any] = {path: type(noun).__name__} if path else {}
+        for name in type(noun).model_fields:
+            found |= _flat(getattr(noun, name), f"{path}.{name}".lstrip("."))
+        return found
+    if isinstance(noun, dict | tuple):
+        items = noun.items() if isinstance(noun, dict) else enumerate(noun)
+        return {name: value for key, item in items for name, value in _flat(item, f"{path}.{key}").items()}
+    return {path: noun}
+
+
+def _said(name: str, value: Any, unit: str) -> str:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        factor, unit = in_unit(value, unit)
+        return f"{words(name)} {factor * value:.5g} {unit}".rstrip()
+    return f"{words(name)} {'none' if value is None else value}"

@@ -6,10 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wheeltapper.faces.joints import draw_joint
 from wheeltapper.faces.panels import BLUE, RED, legend_above
 from wheeltapper.ground.errors import InputError
-from wheeltapper.record.labels import DECAY_TITLE, JOINT_TITLE, PINNED_TITLE, RECEPTANCE_TITLE, STATIC_TITLE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,13 +106,3 @@ def _mark_seats(axis: Axes, spacing: float, start: float, stop: float) -> None:
     seats = spacing * np.arange(np.ceil(start / spacing - 1e-9), np.floor(stop / spacing + 1e-9) + 1)
     for number, seat in enumerate(seats[:200]):
         axis.axvline(seat, color="0.6", linewidth=0.8, linestyle=":", label=SEAT if number == 0 else None)
-
-
-TRACKS = {
-    RECEPTANCE_TITLE: draw_receptance,
-    STATIC_TITLE: draw_static,
-    DECAY_TITLE: draw_decay,
-    PINNED_TITLE: draw_pinned,
-    JOINT_TITLE: draw_joint,
-}
-"""What draws the answers about tracks, by their titles."""

@@ -94,6 +94,17 @@ def draw_vehicle(wagon: Wagon) -> Figure:
     return figure
 
 
+def draw_view(axis: Axes, wagon: Wagon, name: str) -> None:
+    """Draw the bodies of a wagon, to scale, in the "side", "plan" or "end" view."""
+    boxes = {body: (np.array(centre), np.array(edges)) for body, (centre, edges) in wagon.boxes.items()}
+    low, high = _limits([*boxes.values()], np.zeros((1, 3)))
+    _set_view(axis, VIEWS[name], low, high)
+    for body, (centre, edges) in boxes.items():
+        _draw_body(axis, body, centre, edges, VIEWS[name])
+    axis.axhline(0.0, color="0.4", linewidth=1.5)
+    axis.set_title(f"{name} view")
+
+
 def _places(wagon: Wagon) -> dict[tuple[float, ...], list[str]]:
     """Return the names of the elements at each place, in their order."""
     found: dict[tuple[float, ...], list[str]] = {}
@@ -268,11 +279,6 @@ def _moved(
         rest.append(points)
         moved.append(points + shifted + np.cross(turned, points - centre))
     return rest, moved
-
-
-def is_modes(what: Any) -> bool:
-    """Return whether something is a result of `wheeltapper.modes`."""
-    return {"damping_ratio", "shape", "centre"} <= set(getattr(what, "variables", ()))
 
 
 def draw_modes_over_speed(several: Sequence[xr.Dataset]) -> Figure:

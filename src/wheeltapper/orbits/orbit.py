@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario, Start
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.build import lower
 from wheeltapper.lower.section import Section, section_place
 from wheeltapper.march import program as contract
@@ -32,7 +33,7 @@ SETTLED = 0.05
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Orbit:
+class Orbit(Shown):
     """A motion that repeats after some waves of the irregularity.
 
     Attributes

@@ -16,6 +16,7 @@ from wheeltapper.ground.arguments import as_path, as_quantity, check_choice
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.progress import progress_shown, report
+from wheeltapper.ground.shown import Shown
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record import damper, extent
@@ -31,7 +32,7 @@ FloatArray = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
 
 
-class Record:
+class Record(Shown):
     """Results of a simulation; every table is an `xarray.Dataset` in SI units.
 
     For a wagon, tables of events, peaks and impacts name the wheelset (from 1), the side and the surface; histories

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from wheeltapper.ground.arguments import as_names, as_quantity, as_table, check_choice, check_text
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import to_si
+from wheeltapper.ground.shown import Shown
 from wheeltapper.record.arrays import as_array
 
 FloatArray = NDArray[np.float64]
@@ -20,7 +21,7 @@ QUANTITIES: dict[Quantity, str] = {"deck acceleration": "acceleration", "force":
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Recording:
+class Recording(Shown):
     """Samples at a constant rate.
 
     Attributes

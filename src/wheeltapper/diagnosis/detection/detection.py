@@ -25,6 +25,7 @@ from wheeltapper.diagnosis.detection.roc import finite_samples, number_or_array
 from wheeltapper.ground.arguments import as_between, check_choice
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import to_si
+from wheeltapper.ground.shown import Shown
 
 Scale = Literal["log", "linear"]
 Bounds = Literal["wald", "likelihood ratio", "delta"]
@@ -34,7 +35,7 @@ USUAL = 0.95
 
 
 @dataclass(frozen=True, eq=False)
-class Detection:
+class Detection(Shown):
     """Probability of detection as a function of the size of a fault; `hit_miss` and `signal_response` return it.
 
     Sizes have the unit of the data. A size is infinite if the given probability of detection is never reached. It is

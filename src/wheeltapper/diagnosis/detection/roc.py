@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from wheeltapper.ground.arguments import as_between, as_count
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import to_si
+from wheeltapper.ground.shown import Shown
 
 FloatArray = NDArray[np.float64]
 
@@ -19,7 +20,7 @@ AXLES = 1000.0
 
 
 @dataclass(frozen=True, eq=False)
-class Roc:
+class Roc(Shown):
     """Receiver operating characteristic of a score: a wheel is called faulty if its score reaches a threshold.
 
     Attributes
@@ -84,7 +85,7 @@ class Roc:
 
 
 @dataclass(frozen=True)
-class FalseCalls:
+class FalseCalls(Shown):
     """False calls per 1,000 axles.
 
     Attributes

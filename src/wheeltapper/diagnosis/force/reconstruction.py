@@ -20,6 +20,7 @@ from wheeltapper.diagnosis.force import smooth as force_smooth
 from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.shown import Shown
 from wheeltapper.record.arguments import as_recording
 from wheeltapper.record.recording import Recording
 
@@ -52,7 +53,7 @@ Within that distance smoothing mixes flight and contact."""
 
 
 @dataclass(frozen=True, eq=False)
-class Force:
+class Force(Shown):
     """A contact force over time.
 
     Attributes

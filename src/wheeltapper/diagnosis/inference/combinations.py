@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from wheeltapper.diagnosis.inference.information import Information, error_vector
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.shown import Shown
 
 FloatArray = NDArray[np.float64]
 
@@ -76,7 +77,7 @@ class Combination(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Combinations:
+class Combinations(Shown):
     """What one passage cannot determine, and what it determines best.
 
     Attributes

@@ -18,6 +18,7 @@ from wheeltapper.diagnosis.inference.timing import TIME_ZERO, untimed
 from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.arguments import as_between, as_quantity, check_choice
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.arguments import as_recording
 from wheeltapper.record.recording import Recording
@@ -32,7 +33,7 @@ once in 5e8 samples."""
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Estimate(Shown):
     """Estimated parameters of a passage.
 
     Attributes

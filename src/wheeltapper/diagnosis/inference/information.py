@@ -31,6 +31,7 @@ from wheeltapper.diagnosis.inference.sensing import filtered
 from wheeltapper.ground.arguments import as_count, as_list, as_names, as_quantities, as_quantity, check_choice
 from wheeltapper.ground.errors import ComputationError, InputError, value_text
 from wheeltapper.ground.quantities import to_si
+from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march import program as contract
 from wheeltapper.record.kinds import OUTCOMES
@@ -49,7 +50,7 @@ OWN = "speed"
 
 
 @dataclass(frozen=True, eq=False)
-class Information:
+class Information(Shown):
     """The information of a passage, at one or several speeds.
 
     Attributes

@@ -42,13 +42,14 @@ from wheeltapper.ground.arguments import (
 )
 from wheeltapper.ground.errors import InputError, with_suggestion
 from wheeltapper.ground.progress import Progress, progress_shown
+from wheeltapper.ground.shown import Shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
+class Design(Shown):
     """The best rail, and the layouts with which it was compared.
 
     Attributes

@@ -24,7 +24,8 @@ from wheeltapper.faces.paper import (
     plastic_figures,
 )
 from wheeltapper.faces.paper.setting import CONSTANT, STATIC, bump, flat, impacts, largest, losses, sine, step
-from wheeltapper.faces.plot import STYLE, save, shade_losses
+from wheeltapper.faces.plot import STYLE, save
+from wheeltapper.faces.records import shade_losses
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

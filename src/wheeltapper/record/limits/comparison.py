@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.outcome import Outcome
+from wheeltapper.ground.shown import Shown
 from wheeltapper.record.contacts import SIDES
 from wheeltapper.record.filtering import checked_rate, low_passed, sliding_mean, usual_rate
 from wheeltapper.record.limits.rule import LATERAL, OF_FAULTS, QUANTITIES, VERIFY, Rule, Rules, as_rules
@@ -90,7 +91,7 @@ class Compared:
 
 
 @dataclass(frozen=True)
-class LimitCheck(Sequence[Compared]):
+class LimitCheck(Sequence[Compared], Shown):
     """What was compared with limits: rows, one for each limit; it prints as a table.
 
     Attributes

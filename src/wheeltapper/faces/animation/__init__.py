@@ -1,0 +1,1 @@
+"""Moving pictures of records: what moves (scenes), and how it is written (pictures, pages)."""

@@ -1,0 +1,95 @@
+"""Pictures of how wheels lie on rails: the profiles on each other, and what a lateral shift changes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wheeltapper.describe.profile.files import rail_profile, wheel_profile
+from wheeltapper.describe.profile.s1002 import FLANGE_BACK
+from wheeltapper.describe.profile.wheel_rail import Cones, Profiles, WheelRail
+from wheeltapper.faces.panels import BLUE, RED, legend_above
+from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.lower.geometry import laid_rail, radius_difference
+from wheeltapper.lower.patches import geometry_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+RADIUS, CROWN = 0.46, 0.3
+"""Of wheel and rail, m."""
+SHIFT = 5e-3
+"""Largest shift that is drawn, m."""
+
+
+def draw_profiles(profiles: Profiles) -> Figure:
+    """Draw a left wheel on its rail, where they touch, and the difference of the rolling radii, over the shift."""
+    from matplotlib.figure import Figure
+
+    if not isinstance(profiles, WheelRail | Cones):
+        raise InputError("", "what", value_text(profiles), "WheelRail or Cones")
+    figure = Figure(figsize=(11.0, 6.5))
+    grid = figure.add_gridspec(2, 2)
+    section, place, difference = (figure.add_subplot(grid[at]) for at in ((slice(None), 0), (0, 1), (1, 1)))
+    geometry = geometry_of(profiles, RADIUS, CROWN)
+    shifts = np.linspace(-SHIFT, SHIFT, 201)
+    differences = [_difference(geometry, float(shift)) for shift in shifts]
+    middle = geometry.table_at("place", 0.0)
+    touching = np.interp(shifts, geometry.shift, geometry.place)
+    place.plot(1e3 * shifts, 1e3 * (touching - middle), color=BLUE)
+    place.set(ylabel="place of contact, outwards [mm]")
+    place.set_title("contact on the rail")
+    difference.plot(1e3 * shifts, 1e3 * np.array(differences), color=BLUE, label="left less right")
+    slope = (_difference(geometry, 1e-4) - _difference(geometry, -1e-4)) / 2e-4
+    difference.plot(
+        1e3 * shifts, 1e3 * slope * shifts, "--", color="0.5", linewidth=0.8,
+        label=f"equivalent conicity {abs(slope) / 2.0:.3g} in the middle",
+    )  # fmt: skip
+    difference.set(xlabel="lateral shift of the wheelset [mm]", ylabel="rolling radii [mm]")
+    legend_above(difference, 2)
+    if isinstance(profiles, WheelRail):
+        _draw_section(section, profiles, middle)
+        title = f"{profiles.wheel} on {profiles.rail}, 1:{1 / profiles.inclination:.3g}" if profiles.inclination else (
+            f"{profiles.wheel} on {profiles.rail}, upright"
+        )  # fmt: skip
+    else:
+        _draw_cone(section, profiles)
+        title = f"cones, 1:{1 / profiles.conicity:.3g}" if profiles.conicity else "cylinders"
+    figure.suptitle(f"{title}; wheels of {RADIUS:g} m", x=0.02, ha="left")
+    return figure
+
+
+def _difference(geometry: object, shift: float) -> float:
+    try:
+        return radius_difference(geometry, shift, RADIUS)  # type: ignore[arg-type]
+    except InputError:  # beyond the tables
+        return float("nan")
+
+
+def _draw_section(axis: Axes, profiles: WheelRail, touching: float) -> None:
+    """Draw the profiles on each other, the wheelset in the middle."""
+    place, height = laid_rail(rail_profile(profiles.rail), profiles.inclination, profiles.gauge)
+    shape = wheel_profile(profiles.wheel)
+    y = np.linspace(-0.07, 0.065, 1200)
+    below = -1e-3 * shape(1e3 * y)
+    datum = 0.5 * profiles.flange_backs + 1e-3 * FLANGE_BACK
+    lifted = float(np.nanmax(np.interp(datum + y, place, height, np.nan, np.nan) - below))
+    axis.plot(1e3 * place, 1e3 * height, color="0.4", linewidth=2.0, label="rail")
+    axis.plot(1e3 * (datum + y), 1e3 * (below + lifted), color=BLUE, label="wheel")
+    axis.plot([1e3 * touching], [1e3 * np.interp(touching, place, height)], "o", color=RED, label="contact")
+    axis.set_aspect("equal")
+    axis.set(xlabel="from the track's middle [mm]", ylabel="above the rail's crown [mm]")
+    axis.set_title("left wheel")
+    legend_above(axis)
+
+
+def _draw_cone(axis: Axes, profiles: Cones) -> None:
+    """Draw a cone on the place at which it touches."""
+    y = np.linspace(-0.06, 0.06, 60)
+    axis.plot(1e3 * (profiles.arm + y), -1e3 * profiles.conicity * -y, color=BLUE, label="wheel")
+    axis.plot([1e3 * profiles.arm], [0.0], "o", color=RED, label="contact")
+    axis.set(xlabel="from the track's middle [mm]", ylabel="above the contact [mm]", ylim=(-12.0, 12.0))
+    axis.set_title("left wheel")
+    legend_above(axis)

@@ -1,0 +1,91 @@
+"""Pictures of sites: where their sensors lie along the track, and what a sensor lets through."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wheeltapper.describe.sensor import AT_A_SEAT, DECK, Sensor
+from wheeltapper.describe.site import Site
+from wheeltapper.faces.panels import BLUE, COLOURS, RED, legend_above, panels
+from wheeltapper.faces.scenarios import draw_path
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+KINDS = ("contact force", "rail shear force", "pad force", "sleeper force")
+HIGHEST = 0.5
+"""The highest frequency that is drawn, over the rate of samples."""
+
+
+def draw_site(site: Site) -> Figure:
+    """Draw the places of the sensors along the track, and the deck with its irregularity."""
+    has_passage = site.passage is not None
+    rows = int(bool(site.sensors)) + 2 * int(has_passage)
+    figure, axes = panels(rows, 1.0 + 2.6 * rows)
+    if site.sensors:
+        _draw_places(axes[0], site.sensors, site.spacing)
+    if has_passage:
+        draw_path(axes[-2], site.passage)
+        _draw_response(axes[-1], site.sensor)
+        axes[-1].set_title(f"the deck's sensor: {_sensor_words(site.sensor)}")
+    passage = f", passages at {float(site.passage.speed):g} m/s over a deck" if has_passage else ""
+    sensors = f", {len(site.sensors)} sensors along the track" if site.sensors else ""
+    figure.suptitle(f"site {site.name}".rstrip() + passage + sensors, x=0.02, ha="left")
+    return figure
+
+
+def _draw_places(axis: Axes, sensors: tuple[Sensor, ...], spacing: float | None) -> None:
+    """Draw each sensor in the row of its rail."""
+    rails = list(dict.fromkeys(sensor.side or "both rails" for sensor in sensors))
+    for sensor in sensors:
+        row, colour = rails.index(sensor.side or "both rails"), COLOURS[KINDS.index(sensor.kind)]
+        label = None if sensor.kind in axis.get_legend_handles_labels()[1] else sensor.kind
+        if sensor.kind in AT_A_SEAT:
+            ends = [float(sensor.x) if sensor.x is not None else float(spacing or 0.0) * int(sensor.seat or 0)] * 2
+        else:
+            ends = [float(sensor.x1 or 0.0), float(sensor.x2 or 0.0)]
+        axis.plot(ends, [row, row], "s-", color=colour, linewidth=4.0, markersize=5, label=label)
+        axis.annotate(sensor.name, (0.5 * sum(ends), row), (0, 7), textcoords="offset points", ha="center", fontsize=7)
+    axis.set_yticks(range(len(rails)), rails)
+    axis.set(xlabel="x, along the track [m]", ylim=(len(rails) - 0.5, -0.6))
+    legend_above(axis, 4)
+
+
+def _sensor_words(sensor: Sensor) -> str:
+    said = [f"{sensor.rate / 1e3:g} kHz"]
+    said += [] if sensor.cutoff is None else [f"filter of order {sensor.order} at {sensor.cutoff / 1e3:g} kHz"]
+    said += [] if sensor.range is None else [f"range ± {sensor.range:g} m/s²"]
+    return ", ".join(said)
+
+
+def _draw_response(axis: Axes, sensor: Sensor) -> None:
+    """Draw what the filter before the converter lets through: Butterworth's 1/√(1 + (f/f_c)^2n)."""
+    frequency = np.geomspace(1.0, HIGHEST * sensor.rate, 300)
+    cutoff = np.inf if sensor.cutoff is None else sensor.cutoff
+    with np.errstate(over="ignore"):
+        level = -10.0 * np.log10(1.0 + (frequency / cutoff) ** (2 * sensor.order))
+    axis.semilogx(frequency, level, color=BLUE)
+    axis.axvline(HIGHEST * sensor.rate, color=RED, linewidth=0.8, linestyle="--", label="half the rate of samples")
+    axis.set(xlabel="frequency [Hz]", ylabel="transmission [dB]", ylim=(-80.0, 5.0))
+    legend_above(axis)
+
+
+def draw_sensor(sensor: Sensor) -> Figure:
+    """Draw what a deck's sensor lets through, or the place of a sensor on the track."""
+    figure, (axis,) = panels(1, 3.5)
+    if sensor.kind == DECK:
+        _draw_response(axis, sensor)
+        figure.suptitle(f"sensor of the deck: {_sensor_words(sensor)}", x=0.02, ha="left")
+    elif sensor.seat is not None:
+        axis.plot([sensor.seat], [0], "s", color=COLOURS[KINDS.index(sensor.kind)], label=sensor.kind)
+        axis.set_yticks([0], [sensor.side or "both rails"])
+        axis.set(xlabel="seat [number]", xlim=(sensor.seat - 4, sensor.seat + 4), ylim=(0.5, -0.6))
+        legend_above(axis)
+        figure.suptitle(f"sensor {sensor.name}", x=0.02, ha="left")
+    else:
+        _draw_places(axis, (sensor,), None)
+        figure.suptitle(f"sensor {sensor.name}", x=0.02, ha="left")
+    return figure

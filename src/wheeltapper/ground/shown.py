@@ -1,0 +1,26 @@
+"""What shows itself: nouns and results that have `.plot()`, and a page of their own in notebooks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+draw: Callable[..., Any] | None = None
+"""What draws a noun or a result: `wheeltapper.plot`. The front door sets it: pictures are made some floors above."""
+page: Callable[[Any], str] | None = None
+"""What returns it as HTML. The front door sets it, too."""
+
+
+class Shown:
+    """The base of everything that has a picture."""
+
+    __slots__ = ()
+
+    def plot(self, path: Any = None, **options: Any) -> Any:
+        """Return its picture, as `wheeltapper.plot` draws it with these options; with a path, save it, too."""
+        assert draw is not None  # nobody has a noun or a result without the front door
+        return draw(self, path, **options)
+
+    def _repr_html_(self) -> str:
+        assert page is not None
+        return page(self)

@@ -1,0 +1,227 @@
+"""Everything that has a name in public is drawn, and what is drawn is what the noun or the table says."""
+
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from tests.looks import flaws
+from wheeltapper.describe.contact.base import Contact
+from wheeltapper.describe.creep.base import CreepLaw
+from wheeltapper.describe.registry import makeable_nouns
+from wheeltapper.describe.track.anomaly import Anomaly
+from wheeltapper.describe.track.base import Track
+from wheeltapper.describe.vehicle.base import Vehicle
+from wheeltapper.describe.vehicle.element import Element
+from wheeltapper.faces.drawers import HELD, KINDS, TITLES
+from wheeltapper.faces.plane import integrated
+
+from .test_charts import BUMP, OVER, PAIR
+
+ENDS = {"name": "damper 1", "between": ("car body", "bogie 1"), "at": (0.0, 0.0, 1.0)}
+WHEELSET = {"mass": 1500, "load": 91_307, "stiffness": 2.44e6, "damping": 5e4}
+GIVEN = {"Element": ENDS, "Wheelset": WHEELSET, "Wagon": {"bodies": (), "axles": wt.Wagon.erri_b176().axles[:1]}}
+
+
+def made(family):
+    """Return one of each kind of noun of a family, by its name."""
+    return {
+        kind.__name__: kind(
+            **GIVEN.get(family.__name__, {}) | GIVEN.get(kind.__name__, {}) | getattr(kind, "example", {})
+        )
+        for kind in makeable_nouns(family)
+    }
+
+
+NOUNS = {name: noun for family in (Contact, CreepLaw, Track, Anomaly, Vehicle, Element)
+         for name, noun in made(family).items()}  # fmt: skip
+NOUNS |= {
+    "Rail": wt.tracks.Rail.named("60E1"), "WheelRail": wt.profiles.WheelRail(),
+    "Cones": wt.profiles.Cones(conicity=0.05),
+    "Site": wt.load("examples/site.toml"), "detector": wt.load("examples/detector.toml"),
+    "Body": wt.Wagon.erri_b176().bodies[0], "Axle": wt.Wagon.erri_b176().axles[1],
+    "Scenario": wt.load("examples/flat_on_ballast.toml"), "deck": wt.load("examples/deck.toml"),
+    "coach": wt.load("examples/coach_step.toml"),
+    "track with anomalies": wt.tracks.Ballasted(
+        **wt.tracks.Ballasted.example,
+        anomalies=(wt.tracks.HangingSleeper(seat=2, void=1e-3), wt.tracks.MissingPad(seat=4)),
+    ),
+    "Law with a rate": wt.contact.Law(lambda d, v: 1.4e11 * d**1.5 * (1.0 + 0.4 * v)),
+    "Hertz with hysteresis": wt.Hertz(hysteresis=0.5), "pad sensor": wt.diagnosis.Sensor(kind="pad force", seat=3),
+}  # fmt: skip
+
+
+def test_every_name_in_the_list_of_drawers_is_a_function():
+    for drawer in [*KINDS.values(), *TITLES.values(), *(one for _, one in HELD)]:
+        for name in filter(None, drawer):
+            module, _, function = name.rpartition(".")
+            assert callable(getattr(import_module(f"wheeltapper.faces.{module}"), function)), name
+    for kind in KINDS:
+        module, _, name = kind.rpartition(".")
+        assert isinstance(getattr(import_module(f"wheeltapper.{module}"), name), type), kind
+
+
+@pytest.mark.parametrize("name", NOUNS)
+def test_a_noun_draws_itself(name):
+    figure = NOUNS[name].plot()
+    assert flaws(figure) == []
+    assert figure.get_suptitle()
+
+
+def test_a_law_of_contact_shows_its_force():
+    (line,) = wt.Hertz(constant=1.405e11).plot().axes[0].get_lines()
+    x, y = line.get_data()
+    np.testing.assert_allclose(1e3 * y, 1.405e11 * (1e-6 * x) ** 1.5, rtol=1e-12)
+    own = wt.contact.Law(lambda d: 2e9 * d, exponent=1.0, largest=1e-4)
+    (line,) = own.plot().axes[0].get_lines()
+    np.testing.assert_allclose(1e3 * line.get_ydata(), 2e9 * 1e-6 * line.get_xdata(), rtol=1e-12)
+    figure = wt.plot([own, wt.Linear(stiffness=1e9), wt.Hertz(constant=1.405e11)])
+    assert flaws(figure) == []
+    assert len(figure.axes[0].get_lines()) == 3
+
+
+def test_creep_laws_begin_with_the_linear_theory_and_end_at_the_limit_of_friction():
+    laws = [wt.creep.Polach(friction=0.3), wt.creep.ShenHedrickElkins(friction=0.3), wt.creep.Fastsim(friction=0.3)]
+    figure = wt.plot(laws)
+    assert flaws(figure) == []
+    *found, limit, linear = figure.axes[0].get_lines()
+    assert limit.get_ydata()[0] == pytest.approx(0.3 * 75.0)
+    for line in found:
+        x, y = line.get_data()
+        slope = linear.get_ydata()[1] / x[1]
+        assert y[1] / x[1] == pytest.approx(slope, rel=0.06)
+        assert 0.95 < y[-1] / 22.5 <= 1.01
+        assert (np.diff(y) > -1e-3).all()
+
+
+def test_a_suspension_shows_its_bumpstop():
+    stopped = wt.Wheelset(**WHEELSET, bumpstop_gap=0.01, bumpstop_stiffness=1e7)
+    (line,) = [one for one in stopped.plot().axes[1].get_lines() if one.get_label() == "suspension"]
+    force = np.interp([-5.0, 5.0, 15.0], *line.get_data())
+    np.testing.assert_allclose(force, [-12.2, 12.2, 36.6 + 50.0], rtol=2e-3)
+    kinked = integrated((np.array([-1.0, 1.0]), np.array([3.0, 0.0, 3.0])), np.array([-2.0, 0.5, 2.0]))
+    np.testing.assert_allclose(kinked, [-3.0, 0.0, 3.0], atol=1e-12)
+
+
+def test_a_deck_gives_way_as_one_mass_does_and_cones_have_their_conicity():
+    line = wt.FloatingDeck(mass=5000, stiffness=2e7, damping=1e4).plot().axes[0].get_lines()[0]
+    frequency, receptance = line.get_data()
+    assert np.interp(1.0, frequency, receptance) == pytest.approx(1e9 / 2e7, rel=0.02)
+    assert receptance.max() == pytest.approx(1e9 / (1e4 * np.sqrt(2e7 / 5000)), rel=1e-3)  # 1/(c·ω) at its frequency
+    labels = [one.get_label() for one in wt.profiles.Cones(conicity=0.05).plot().axes[2].get_lines()]
+    assert any("equivalent conicity 0.05" in label for label in labels)
+
+
+def test_a_scenario_shows_the_path_ahead_and_the_force_at_rest():
+    figure = BUMP.plot()
+    assert flaws(figure) == []
+    path = figure.axes[2].get_lines()[0]
+    assert path.get_ydata().max() == pytest.approx(200.0, rel=1e-3)  # µm
+    (rest,) = [one for one in figure.axes[1].get_lines() if one.get_label() == "at rest"]
+    assert rest.get_data()[1][0] == pytest.approx(105.82, abs=0.01)
+
+
+@pytest.fixture(scope="module")
+def record():
+    return wt.simulate(BUMP)
+
+
+def test_the_tables_of_a_record(record):
+    for table in (
+        record.events,
+        record.peaks,
+        record.impacts,
+        record.energy,
+        record.history(2e4),
+        record.suspension_events,
+    ):
+        figure = wt.plot(table)
+        assert flaws(figure) == []
+        assert figure.get_suptitle()
+    stems = wt.plot(record.impacts).axes[0].get_lines()[0]
+    np.testing.assert_allclose(stems.get_ydata(), record.impacts.peak_force / 1e3)
+    named = [text.get_text() for text in wt.plot(record.events).axes[0].get_legend().get_texts()]
+    assert named == ["loss (11)", "impact (11)"]
+
+
+def test_readings_of_a_track_and_a_train_of_several_wheels():
+    run = wt.simulate(wt.load("examples/flat_on_ballast.toml").replaced({"duration": 0.05}))
+    figure = wt.plot(run.track(5e3, rail=[0.3, 0.6], seat=[1]))
+    assert flaws(figure) == []
+    assert [line.get_label() for line in figure.axes[0].get_lines()] == ["x = 0.3 m", "x = 0.6 m"]
+    assert flaws(wt.plot(run.history(5e3))) == []
+
+
+def test_several_records_are_named_by_what_sets_them_apart(record):
+    figure = wt.plot([record, wt.simulate(BUMP.replaced({"vehicle.damping": 2e4}))])
+    said = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert said == ["damping of vehicle 50 kN s/m", "damping of vehicle 20 kN s/m"]
+    with pytest.raises(wt.InputError, match=r"what\.1"):
+        wt.plot([record, wt.Hertz(constant=1e11)])
+
+
+def test_guiding_forces_and_running_safety_of_a_coach():
+    coach = wt.Scenario(
+        vehicle=wt.Wagon.erri_b176(), speed=20.0, duration=0.3, creep=wt.creep.Polach(),
+        irregularity={"wheelset 1 right": wt.CosineBump(height=2e-4, length=0.5, start=0.5)},
+    )  # fmt: skip
+    run = wt.simulate(coach)
+    found = run.guidance(rate=20e3)
+    assert flaws(wt.plot(found)) == []
+    assert flaws(wt.plot(run.running_safety(rate=20e3))) == []
+    assert flaws(wt.plot([run, run])) == []
+    y = wt.plot(found).axes[0].get_lines()[0].get_ydata()
+    np.testing.assert_allclose(y, found.guiding_force.isel(wheelset=0, side=0) / 1e3)
+
+
+def test_a_gradient_and_a_border_and_statistics():
+    found = wt.gradient(BUMP, PAIR, ["speed", "vehicle.mass"])
+    figure = wt.plot(found)
+    assert flaws(figure) == []
+    widths = [bar.get_width() for bar in figure.axes[0].patches]
+    np.testing.assert_allclose(widths[:2], found.impact_interval_elasticity)
+    border = wt.border(BUMP, {"speed": (2.0, 6.0), "irregularity.0.height": (2e-5, 2e-4)}, resolution=9)
+    assert flaws(wt.plot(border)) == []
+    rng = np.random.default_rng(1)
+    curve = wt.diagnosis.roc(rng.normal(0, 1, 100), rng.normal(2, 1, 100))
+    assert flaws(curve.plot()) == []
+    assert flaws(wt.diagnosis.false_calls(3, 1000).plot()) == []
+    sizes = rng.uniform(1, 50, 120)
+    pod = wt.diagnosis.hit_miss(sizes, rng.uniform(size=120) < 1 / (1 + np.exp(-3 * (np.log(sizes) - 2.5))))
+    line = pod.plot().axes[0].get_lines()[0]
+    assert np.interp(pod.a50, *line.get_data()) == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.slow
+def test_what_recordings_say_of_fields_and_trains():
+    site = wt.load("examples/site.toml")
+    found = wt.diagnosis.information(site, speeds=[6.0, 9.0])
+    figure = found.plot()
+    assert flaws(figure) == []
+    dots = figure.axes[0].get_lines()[0].get_xdata()
+    np.testing.assert_allclose(dots, 100.0 * found.deviations[0])
+    assert flaws(wt.diagnosis.combinations(found).plot()) == []
+    recordings = wt.synthesise(site, fault="broken spring", seed=2, count=2)
+    assert flaws(wt.plot(recordings)) == []
+    train = wt.diagnosis.diagnose_train(recordings, site)
+    assert flaws(train.plot()) == []
+    assert flaws(wt.plot((train, train))) == []
+    bars = [bar.get_height() for bar in train.plot().axes[0].patches]
+    np.testing.assert_allclose(bars, [row["static_kn"] for row in train.table()])
+    assert "axle 2" in train._repr_html_()
+    estimate = train.findings[1].estimate
+    assert flaws(estimate.plot()) == []
+
+
+def test_a_number_has_no_picture():
+    for what in (3, "bump", None, np.zeros(3), {}, [None]):
+        with pytest.raises(wt.InputError, match="what"):
+            wt.plot(what)
+    with pytest.raises(wt.InputError, match="features"):
+        wt.plot(BUMP, features=["speed"])
+
+
+def test_a_chart_of_all_features_is_drawn_by_the_same_verb():
+    chart = wt.sweep(BUMP, OVER, PAIR)
+    assert len(wt.plot(chart).axes) == 2
