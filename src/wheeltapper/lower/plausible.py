@@ -101,7 +101,7 @@ USUAL: dict[str, dict[str, Usual]] = {
         "sleeper_roll_inertia": Usual("moment of inertia", "kg m^2", (30, 300), 1, 1e4),
         "ballast_roll_stiffness": Usual("angular stiffness", "MN m/rad", (20, 600), 0.1, 1e5),
         "ballast_roll_damping": Usual("angular damping", "kN m s/rad", (5, 600), 1e-3, 1e4),
-        "seat_distance": Usual("length", "m", (1.0, 1.9), 0.3, 5),
+        "seat_distance": Usual("length", "m", (1.0, 1.9), 0.05, 5),
     },
     "Rail": {
         "bending_stiffness": Usual("bending stiffness", "MN m^2", (1, 10), 1e-4, 1e3),
