@@ -91,7 +91,7 @@ def test_half_a_coach_over_anomalies_of_the_track_is_a_bogie(tmp_path):
     bogie = wt.simulate(wt.Scenario(vehicle=wt.vehicles.Bogie(wheel_load=load, **NUMBERS), **common), "strict")
     own = coach.events.time[coach.events.side == "left"]
     assert len(own) == len(bogie.events.time) > 4
-    np.testing.assert_allclose(own, bogie.events.time, rtol=0, atol=2e-11)
+    np.testing.assert_allclose(own, bogie.events.time, rtol=0, atol=5e-11)  # some 1e-11 of each march
     beside = {"rate": 4321.0, "rail": [0.5, -1.0], "seat": [1, -1, -3]}
     read, under = coach.track(**beside), bogie.track(**beside)
     for name, values in under.data_vars.items():

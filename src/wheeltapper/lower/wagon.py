@@ -323,12 +323,14 @@ def started(lowered: LoweredWagon, scenario: Scenario) -> LoweredWagon:
         return lowered
     structure, assembly = lowered.structure, lowered.assembly
     begin = assembly.start.copy()
+    deck = int(assembly.numbers[asm.DECK])
+    sunk = float(begin[deck * PLACES + asm.MOTION_Z]) if deck >= 0 else 0.0  # there a wheel first touches it
     for number in range(1, len(scenario.vehicle.axles) + 1):
         name = f"wheelset {number}"
         if (name, "z") not in structure.motions or structure.ties[:, structure.motions.index((name, "z"))].any():
             raise InputError("", "start", f"a start of {name}, which a link or `held` ties", '"equilibrium"')
         place = lowered.layout.bodies.index(name) * PLACES + asm.MOTION_Z
-        begin[place], begin[place + TO_RATE] = scenario.start.displacement, scenario.start.velocity
+        begin[place], begin[place + TO_RATE] = sunk + scenario.start.displacement, scenario.start.velocity
     if scenario.start.velocity and len(assembly.yields):
         found = "a velocity against dry friction without a spring, which sticks"
         raise InputError("", "start.velocity", found, "0 m/s, or a stiffness of that friction")
