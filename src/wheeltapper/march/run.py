@@ -148,6 +148,8 @@ def _as_simulated(*lacks: Need) -> tuple[Marcher, ...]:
 MAPPED = _as_simulated()
 PARTING = _as_simulated(BILATERAL)
 """The general march of contacts that can be lost."""
+STEERED = (WAGON, Marcher(WAGON_ON_RAILS.name, WAGON_ON_RAILS.covers - {START}, WAGON_ON_RAILS.requires))
+"""The wagon's marches from rest; in the air there is no ratio of guiding and wheel force."""
 UNDAMPED_WAGONS = tuple(
     Marcher(one.name, one.covers - {HYSTERESIS, BILATERAL}, one.requires)
     for one in (WAGON, STARTED_WAGON, WAGON_ON_RAILS)
@@ -210,7 +212,7 @@ TRACK = Question(
     "track", "what rail, sleepers and ballast do", (GENERAL, WAGON_ON_RAILS), requires=frozenset({FLEXIBLE_TRACK})
 )
 COMFORT = Question("comfort", "ride comfort", (WAGON, STARTED_WAGON, WAGON_ON_RAILS))
-GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON, STARTED_WAGON, WAGON_ON_RAILS))
+GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", STEERED)
 SWEEP = Question("sweep", "features over many cells", (WHEEL, *MAPPED, WAGON, STARTED_WAGON, WAGON_ON_RAILS))
 GRADIENT = Question(
     "gradient", "derivatives of features", (WHEEL, *TURNED, WAGON, STARTED_WAGON, WAGON_ON_RAILS), frozenset({YIELDING})

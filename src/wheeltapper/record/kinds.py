@@ -107,7 +107,7 @@ class Kind:
 def kind_of(scenario: Scenario) -> Kind:
     """Return what is known of the march that simulates a scenario."""
     marcher = run.choose(run.SIMULATE, scenario.needs)
-    if marcher in (run.WAGON, run.WAGON_ON_RAILS):
+    if marcher.is_of_wagons:
         from wheeltapper.record.wagon import WAGON
 
         return WAGON
