@@ -3,8 +3,10 @@
 import csv
 import json
 import os
+import random
 import re
 import shutil
+import signal
 import sqlite3
 import subprocess
 import sys
@@ -263,43 +265,13 @@ def test_a_site_with_seats_alone_has_pages_without_forces(tmp_path):
 
 # -- watching, and being killed ---------------------------------------------------------------------------------------
 
-KILLED = """
-import os, random, signal, sys, time
-from pathlib import Path
-import wheeltapper as wt
-from wheeltapper.faces.report.answers import Asked
-from wheeltapper.faces.report.run import Places, make_report
-from wheeltapper.record.limits.rule import as_rules
-import wheeltapper.faces.report.pictures
-folder, output, kills = Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])
-output.mkdir()
-asked = Asked(wt.load(sys.argv[4]), as_rules(None, None), None)
-places, files = Places(folder, output, output / "findings.db", None), sorted((folder.parent / "all").iterdir())
-for file in files[:2]:  # the second one shows how long a file takes on this machine
-    os.rename(file, folder / file.name)
-    begun = time.monotonic()
-    make_report(asked, places, 1, None)
-longest, files = max(1.5, 4.0 * (time.monotonic() - begun)), files[2:]
-rng = random.Random(1)
-for number in range(kills):
-    for file in files[len(files) * number // kills : len(files) * (number + 1) // kills]:
-        os.rename(file, folder / file.name)
-    child = os.fork()
-    if not child:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        make_report(asked, places, 1, 0.01)
-        os._exit(1)
-    time.sleep(rng.uniform(0.02, longest))
-    os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    print(len(list(output.glob("*.html"))), len(list(output.glob("*.part"))))
-make_report(asked, places, 1, None)
-"""
+KILLS = int(os.environ.get("WHEELTAPPER_KILLS", "10"))
+"""Of the command; each costs a start of a process."""
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no process is killed by a signal there")
-def test_every_recording_is_answered_once_through_thirty_kills(tmp_path):
+def test_every_recording_is_answered_once_however_often_the_command_is_killed(tmp_path):
     folder, output, before = tmp_path / "in", tmp_path / "out", tmp_path / "all"
     folder.mkdir()
     before.mkdir()
@@ -308,14 +280,32 @@ def test_every_recording_is_answered_once_through_thirty_kills(tmp_path):
             (before / f"{number:02}.npz").write_bytes(b"PK")
         else:
             written(before / f"{number:02}.npz", seed=number, wagons=2, flat=(number % 8, "right"))
-    done = subprocess.run(
-        [sys.executable, "-c", KILLED, str(folder), str(output), "30", str(SITE)], capture_output=True, text=True,
-        check=False, cwd=ROOT,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    pages = [int(line.split()[0]) for line in done.stdout.splitlines()]
-    assert len(set(pages)) > 10  # kills came at all stages
-    held = sqlite3.connect(output / "findings.db")
+    files, rng, pages, said = sorted(before.iterdir()), random.Random(1), [], []
+    watching = [sys.executable, "-m", "wheeltapper.faces.cli", "report", str(folder), "--site", str(SITE), "--output",
+                str(output), "--database", str(tmp_path / "findings.db"), "--workers", "1"]  # fmt: skip
+    os.rename(files[0], folder / files[0].name)
+    begun = time.monotonic()
+    assert subprocess.run(watching, capture_output=True, check=False).returncode == 0
+    start = time.monotonic() - begun
+    for number in range(KILLS):
+        for file in files[1 + 59 * number // KILLS : 1 + 59 * (number + 1) // KILLS]:
+            os.rename(file, folder / file.name)
+        with subprocess.Popen(
+            [*watching, "--watch", "--every", "10 ms"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        ) as process:
+            if number % 2:  # at any moment of a start
+                time.sleep(start * rng.uniform(0.0, 1.5))
+            else:  # at any moment of the work: a recording at least is new
+                said.append(process.stdout.readline().strip())
+                time.sleep(rng.uniform(0.0, 0.1 * start))
+            process.kill()
+            said += process.communicate()[0].splitlines()
+        assert process.returncode == -signal.SIGKILL  # it was at work
+        pages.append(len(list(output.glob("*.html"))))
+    assert subprocess.run(watching, stderr=subprocess.PIPE, check=False).returncode == 0
+    assert len(set(pages)) >= KILLS / 2  # all kills but those of starts came amid the work
+    assert len(said) == len(set(said))  # an answer that is kept is not given again
+    held = sqlite3.connect(tmp_path / "findings.db")
     assert held.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
     assert held.execute("PRAGMA foreign_key_check").fetchall() == []
     assert held.execute("SELECT count(*), count(DISTINCT name) FROM recordings").fetchone() == (60, 60)

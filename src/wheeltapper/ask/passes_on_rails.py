@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.passes import SHAKEDOWN, PassResult, Scatter, checked_length, drawn_pass
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.vehicle.bogie import Bogie
-from wheeltapper.describe.vehicle.wheelsets import Wheelsets
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.marks import SEMI_AXIS, Surface
 from wheeltapper.lower.numbers import METHODS
@@ -142,9 +140,4 @@ class RailLineOnTrack:
 
 def _loaded(scenario: Scenario, factor: float) -> dict[str, float]:
     """Return the changes that multiply all loads of a vehicle."""
-    vehicle = scenario.vehicle
-    if isinstance(vehicle, Bogie):
-        return {"vehicle.wheel_load": float(vehicle.wheel_load) * factor}
-    if isinstance(vehicle, Wheelsets):
-        return {f"vehicle.wheelsets.{i}.load": float(one.load) * factor for i, one in enumerate(vehicle.wheelsets)}
-    return {"vehicle.load": float(vehicle.load) * factor}
+    return {f"vehicle.{path}": load * factor for path, load in scenario.vehicle.loads.items()}

@@ -116,6 +116,11 @@ class Bogie(Vehicle):
         return 0.0, -self.wheelbase
 
     @property
+    def loads(self) -> dict[str, float]:
+        """What its wheelsets carry, N, by the path of the field."""
+        return {"wheel_load": float(self.wheel_load)}
+
+    @property
     def plane(self) -> PlaneVehicle:
         """The bogie as numbers, for a track that gives way; the frame pitches upwards in front."""
         half = 0.5 * float(self.wheelbase)

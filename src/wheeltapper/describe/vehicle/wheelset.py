@@ -164,6 +164,11 @@ class Wheelset(Vehicle):
         return float(self.load + self.mass * self.gravity)
 
     @property
+    def loads(self) -> dict[str, float]:
+        """What it carries, N, by the path of the field."""
+        return {"load": float(self.load)}
+
+    @property
     def plane(self) -> PlaneVehicle:
         """The wheelset as numbers, for a track that gives way."""
         return side_by_side((self,), (0.0,))

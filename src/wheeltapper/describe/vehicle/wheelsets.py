@@ -61,6 +61,11 @@ class Wheelsets(Vehicle):
         return self.wheelsets[0].wheels
 
     @property
+    def loads(self) -> dict[str, float]:
+        """What the wheelsets carry, N, by the paths of the fields."""
+        return {f"wheelsets.{number}.load": float(one.load) for number, one in enumerate(self.wheelsets)}
+
+    @property
     def plane(self) -> PlaneVehicle:
         """The wheelsets as numbers, for a track that gives way."""
         return side_by_side(self.wheelsets, self.positions)
