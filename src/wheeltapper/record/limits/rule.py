@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from datetime import date
+from functools import cache
 from importlib.resources import files
 from math import inf, isfinite
 from pathlib import Path
@@ -200,9 +201,21 @@ def read_rules(path: str | Path | None = None, countries: Sequence[str] | None =
     InputError
         If the file cannot be read, or a rule in it is wrong; the message names the rule and its field.
     """
-    given = None if path is None else as_path(path, "path", "the path of a TOML file with rules")
-    source = "" if given is None else str(given)
-    data = toml_table(given or Path(str(files(__package__) / "rules.toml")), "rules")
+    if path is None:
+        return in_countries(_own_rules(), countries)
+    file = as_path(path, "path", "the path of a TOML file with rules")
+    return in_countries(_rules_in(file, str(file)), countries)
+
+
+@cache
+def _own_rules() -> tuple[Rule, ...]:
+    """Return the rules of the package, whose file stays as it is."""
+    return _rules_in(Path(str(files(__package__) / "rules.toml")), "")
+
+
+def _rules_in(file: Path, source: str) -> tuple[Rule, ...]:
+    """Return the rules in a file; errors name `source`."""
+    data = toml_table(file, "rules")
     table = data.pop("rule", None)
     if data:
         name = next(iter(data))
@@ -216,7 +229,7 @@ def read_rules(path: str | Path | None = None, countries: Sequence[str] | None =
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise InputError(source, "rule", f"the name {twice!r} twice", "names that differ")
-    return in_countries(rules, countries)
+    return rules
 
 
 def in_countries(rules: Sequence[Rule], countries: Sequence[str] | None) -> tuple[Rule, ...]:
