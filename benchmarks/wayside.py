@@ -131,7 +131,8 @@ def main() -> None:
     known = options.trains * options.axles
     print(f"{options.trains} trains, {axles} of {known} axles, {samples / 1e6:.1f} million samples")
     print(f"low-pass: {filtering:.2f} s; trains: {alone:.2f} s with reading, {alone / filtering:.1f} times as long")
-    print(f"  {options.workers} processes: {together:.2f} s by the clock ({used:.2f} s), {again} axles")
+    both = f"{together:.2f} s by the clock ({used:.2f} s), {together / filtering:.1f} times as long"
+    print(f"  {options.workers} processes: {both}, {again} axles")
     print(f"report: {reporting:.2f} s, {reporting / options.trains:.3f} s for each train, {counts}")
 
 
