@@ -49,8 +49,8 @@ def test_signatures_read_as_one_would_write_them() -> None:
 
 def test_completion_offers_fields_and_methods_only() -> None:
     wheelset = wt.Wheelset(mass=1500)
-    assert set(dir(wt.Wheelset)) == {"damper_end", "needs", "plane", "plot", "weight"}
-    assert set(dir(wheelset)) == {"damper_end", "needs", "plane", "plot", "weight", *wt.Wheelset.model_fields}
+    assert set(dir(wt.Wheelset)) == {"damper_end", "loads", "needs", "plane", "plot", "weight"}
+    assert set(dir(wheelset)) == {"damper_end", "loads", "needs", "plane", "plot", "weight", *wt.Wheelset.model_fields}
     assert {"from_toml", "to_toml", "replaced", "irregularities"} <= set(dir(wt.Scenario))
 
 

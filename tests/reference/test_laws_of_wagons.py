@@ -193,8 +193,5 @@ def test_half_a_coach_is_a_bogie_on_rails(contact, allowed, method):
 
 def test_a_start_on_a_deck_is_refused():
     deck = wt.FloatingDeck(mass=1e4, stiffness=1e7)
-    scene = wt.Scenario(
-        vehicle=wt.Wagon.erri_b176(), track=deck, speed=5.0, duration=0.003, start={"displacement": 1e-5}
-    )
-    with pytest.raises(wt.InputError, match="found a "):
-        wt.simulate(scene)
+    with pytest.raises(wt.InputError, match="start: found a displacement"):
+        wt.Scenario(vehicle=wt.Wagon.erri_b176(), track=deck, speed=5.0, duration=0.003, start={"displacement": 1e-5})
