@@ -204,7 +204,15 @@ def test_finer_steps_change_nothing_on_rails():
 # -- records -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("track", [wt.StiffTrack(), wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4), TRACK])
+@pytest.mark.parametrize(
+    "track",
+    [
+        pytest.param(wt.StiffTrack(), marks=pytest.mark.slow),
+        pytest.param(wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4), marks=pytest.mark.slow),
+        TRACK,
+    ],
+    ids=["stiff", "deck", "rails"],
+)
 def test_energy_closes_and_files_keep_what_happened(track, tmp_path):
     kinked = {f"{level}_{name}": value for level in ("primary", "secondary") for name, value in KINKS["all"].items()}
     record = wt.simulate(over_bump(wt.vehicles.Bogie(**BOGIE, **kinked), track=track), "strict")
