@@ -50,7 +50,8 @@ class ByAddress:
         """Where its machine code is."""
         if _INTERPRETED:
             return 0
-        return int(self.compiled.library.get_pointer_to_function(self.compiled.fndesc.llvm_func_name))
+        parts = self.compiled._asdict()
+        return int(parts["library"].get_pointer_to_function(parts["fndesc"].llvm_func_name))
 
     def is_compiled(self) -> bool:
         """Return True if its machine code is in memory or in the cache."""
