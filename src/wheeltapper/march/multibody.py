@@ -27,8 +27,6 @@ from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, error
 from wheeltapper.march.wheel_rows import DELTA_RATE, GRIP, GRIP_RATE, OCTET_ROWS, ROW_DELTA, ROW_U
 
-SAME = 1e-12
-"""Distance to their change, in static indentations, below which contacts change together with another one."""
 BEYOND = 1.02
 """Ratio of the length of a shortened step to the time of a contact's change. A step that would go far beyond the change
 ends just behind it, because the force has a kink there."""
@@ -194,7 +192,7 @@ def march_kernel(
         K[FIRST_STAGE] = K[STAGES]
         # -- go on
         if contact >= 0:
-            passing.switch_contacts(now, SAME, data, wheels, events, S)
+            passing.switch_contacts(now, data, wheels, events, S)
             S[passing.ANEW] = 1.0
         if element >= 0:
             if element < plan[asm.LAWS]:
@@ -205,7 +203,7 @@ def march_kernel(
             hardest = passing.pass_breaks(now, data, plan, wheels)
             contact_forces(now, data, plan, w, wheels)
             if hardest != SOFT:
-                passing.switch_contacts(now, SAME, data, wheels, events, S)
+                passing.switch_contacts(now, data, wheels, events, S)
                 contact_forces(now, data, plan, w, wheels)  # a contact that a jump has closed presses at once
                 S[passing.ANEW] = 1.0
             if lossy:  # the rate of the force jumps even where the path has no kink

@@ -17,6 +17,8 @@ from wheeltapper.march.wheel_paths import set_piece
 # Variables that are kept between calls.
 RUN_TIME, NEXT_LENGTH, ANEW, RUN_STEPS, RUN_EVENTS, RUN_PEAKS, RATES_USED, RUN_IDLE = range(8)
 RUN_CARRIED = 8
+SAME = 1e-12
+"""Distance to their change, in static indentations, below which contacts change together with another one."""
 FIRST_STEP = 0.03
 """Length of the first step after an event, in radians of phase."""
 
@@ -47,16 +49,13 @@ def _side(value: float, near: float, rate: float) -> float:
 
 
 @kernel
-def switch_contacts(
-    t: float, near: float, data: FloatArray, wheels: FloatArray, events: FloatArray, S: FloatArray
-) -> None:
+def switch_contacts(t: float, data: FloatArray, wheels: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Open and close all contacts that are at their change, by the sign of the indentation's rate.
 
-    `near` is how near to their change, in static indentations. Where the force depends on that rate, there has to be a
-    grip, too.
+    Where the force depends on that rate, there has to be a grip, too.
     """
     lossy = is_lossy(data)
-    near_grip, near = near, near * data[asm.STATIC_INDENTATION]
+    near = SAME * data[asm.STATIC_INDENTATION]
     for o in range(wheels.shape[0]):
         L = wheels[o]
         if L[wheel.AWAKE] == 0.0:
@@ -68,7 +67,7 @@ def switch_contacts(
             rate = L[wheel.DELTA_RATE + i]
             closed = L[wheel.ON + i] != 0.0
             if lossy:
-                grips = _side(L[wheel.GRIP + i], near_grip, L[wheel.GRIP_RATE + i])
+                grips = _side(L[wheel.GRIP + i], SAME, L[wheel.GRIP_RATE + i])
                 indents = _side(delta, near, rate)
                 opens = closed and (delta < -near or (delta <= near and rate < 0.0) or grips < 0.0)
                 closes = not closed and indents > 0.0 and grips > 0.0

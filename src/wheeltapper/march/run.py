@@ -91,7 +91,7 @@ class Marcher:
     @property
     def is_of_wagons(self) -> bool:
         """Whether it is a wagon's march, perhaps of less than it covers: it marches each cell of a map alone."""
-        return self.name in (WAGON.name, STARTED_WAGON.name, WAGON_ON_RAILS.name)
+        return self.name in (WAGON.name, WAGON_ON_RAILS.name)
 
 
 _ONE_WHEEL = frozenset({DECK, DECK_ENDS, IRREGULARITY, POINT, START})
@@ -104,14 +104,10 @@ ENDED_WHEEL = Marcher(
 WAGON = Marcher(
     "the wagon's march",
     frozenset({
-        SEVERAL_BODIES, DECK, DECK_ENDS, CREEP, PROFILES, PLACES, IRREGULARITY, POINT, LINEAR, HYSTERESIS,
+        SEVERAL_BODIES, DECK, DECK_ENDS, CREEP, PROFILES, PLACES, IRREGULARITY, POINT, LINEAR, HYSTERESIS, START,
     }),
     frozenset({SEVERAL_BODIES}),
 )  # fmt: skip
-STARTED_WAGON = Marcher(
-    "the wagon's march from a start of its own", (WAGON.covers - {DECK, DECK_ENDS}) | {START}, WAGON.requires
-)
-"""On a deck, a damped contact that is dropped may touch and part without end."""
 WAGON_ON_RAILS = Marcher(
     "the wagon's march on rails",
     frozenset({
@@ -128,7 +124,7 @@ GENERAL = Marcher(
     }),
 )  # fmt: skip
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
-MARCHERS = (*WHEELS, WAGON, STARTED_WAGON, WAGON_ON_RAILS, GENERAL)
+MARCHERS = (*WHEELS, WAGON, WAGON_ON_RAILS, GENERAL)
 """All marches, the fastest first."""
 ROW = Marcher("the march of wheelsets in a row", frozenset({DECK, DECK_ENDS, IRREGULARITY, POINT, DAMPER_END}))
 """The wagon's march, where wheelsets that share a deck are made a wagon: it knows a bush, but no play."""
@@ -148,11 +144,8 @@ def _as_simulated(*lacks: Need) -> tuple[Marcher, ...]:
 MAPPED = _as_simulated()
 PARTING = _as_simulated(BILATERAL)
 """The general march of contacts that can be lost."""
-STEERED = (WAGON, Marcher(WAGON_ON_RAILS.name, WAGON_ON_RAILS.covers - {START}, WAGON_ON_RAILS.requires))
-"""The wagon's marches from rest; in the air there is no ratio of guiding and wheel force."""
 UNDAMPED_WAGONS = tuple(
-    Marcher(one.name, one.covers - {HYSTERESIS, BILATERAL}, one.requires)
-    for one in (WAGON, STARTED_WAGON, WAGON_ON_RAILS)
+    Marcher(one.name, one.covers - {HYSTERESIS, BILATERAL}, one.requires) for one in (WAGON, WAGON_ON_RAILS)
 )
 """The wagon's marches of contacts that lose their force where they part, and only there."""
 TURNED = _as_simulated(ANOMALY, VOID, DAMPER_PLAY, *KINKS)
@@ -211,11 +204,11 @@ SUSPENSION_EVENTS = Question(
 TRACK = Question(
     "track", "what rail, sleepers and ballast do", (GENERAL, WAGON_ON_RAILS), requires=frozenset({FLEXIBLE_TRACK})
 )
-COMFORT = Question("comfort", "ride comfort", (WAGON, STARTED_WAGON, WAGON_ON_RAILS))
-GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", STEERED)
-SWEEP = Question("sweep", "features over many cells", (WHEEL, *MAPPED, WAGON, STARTED_WAGON, WAGON_ON_RAILS))
+COMFORT = Question("comfort", "ride comfort", (WAGON, WAGON_ON_RAILS))
+GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON, WAGON_ON_RAILS))
+SWEEP = Question("sweep", "features over many cells", (WHEEL, *MAPPED, WAGON, WAGON_ON_RAILS))
 GRADIENT = Question(
-    "gradient", "derivatives of features", (WHEEL, *TURNED, WAGON, STARTED_WAGON, WAGON_ON_RAILS), frozenset({YIELDING})
+    "gradient", "derivatives of features", (WHEEL, *TURNED, WAGON, WAGON_ON_RAILS), frozenset({YIELDING})
 )
 BORDER = Question("border", "where contact begins to be lost", (WHEEL, *PARTING, *UNDAMPED_WAGONS))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)

@@ -14,7 +14,7 @@ from wheeltapper.march.assembly import BODY, LANES, MOTION_Z, PLACES, ROLL, TO_R
 from wheeltapper.march.crossing import Span, at_place, corner_ahead, find_corner, find_fall, first_change, may_cross
 from wheeltapper.march.growths import is_lossy
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.passing import log_peak
+from wheeltapper.march.passing import SAME, log_peak
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.sliders import deflection, slider_number
 from wheeltapper.march.wheel_rows import ARM, AWAKE, DELTA_RATE, NORMAL, NORMAL_RATE, ON, ROW_DELTA, SIDES
@@ -89,17 +89,18 @@ def time_to_release(longest: float, wheels: FloatArray) -> float:
 
 
 @kernel
-def _may_change(h: float, i: int, lane: int, indents: bool, L: FloatArray, kept: FloatArray) -> bool:
+def _may_change(h: float, i: int, lane: int, indents: bool, near: float, L: FloatArray, kept: FloatArray) -> bool:
     """Return True where a lossy contact may change in a step; `indents`: where its indentation may change its sign.
 
-    A closed one opens where indentation or grip ends, an open one closes where there are both.
+    A closed one opens where indentation or grip ends, an open one closes where there are both. An indentation below
+    `near` is one that has just ended, or rounding.
     """
     sign = 2.0 * L[ON + i] - 1.0
     before, after = sign * kept[GRIPS, lane], sign * L[wheel.GRIP + i]
     grips = may_cross(h, before, sign * kept[GRIP_RATES, lane], after, sign * L[wheel.GRIP_RATE + i])
     if sign > 0.0:
         return indents or grips
-    indents = indents or max(kept[DELTAS, lane], L[ROW_DELTA + i]) > 0.0
+    indents = indents or max(kept[DELTAS, lane], L[ROW_DELTA + i]) > near
     return indents and (grips or min(before, after) < 0.0)
 
 
@@ -109,7 +110,7 @@ def mark_changes(
 ) -> bool:
     """Mark the contacts that may change within a step; return True if there are any, or an element passes a corner."""
     found = False
-    lossy = is_lossy(data)
+    lossy, near = is_lossy(data), SAME * data[asm.STATIC_INDENTATION]
     for o in range(wheels.shape[0]):
         L = wheels[o]
         if L[AWAKE] == 0.0:
@@ -122,7 +123,7 @@ def mark_changes(
             before, after = sign * kept[DELTAS, lane], sign * L[ROW_DELTA + i]
             may = may_cross(h, before, sign * kept[DELTA_RATES, lane], after, sign * L[DELTA_RATE + i])
             if lossy:
-                may = _may_change(h, i, lane, may, L, kept)
+                may = _may_change(h, i, lane, may, near, L, kept)
             if may:
                 kept[MARKS, lane] = 1.0
                 found = True

@@ -124,7 +124,7 @@ def rails_kernel(
         searching.keep_contacts(wheels, kept)
         hardest = passing.pass_breaks(now, data, plan, wheels)
         contact_forces(now, data, plan, w, wheels)
-        passing.switch_contacts(now, multibody.SAME, data, wheels, events, S)
+        passing.switch_contacts(now, data, wheels, events, S)
         contact_forces(now, data, plan, w, wheels)
         S[passing.ANEW] = 1.0
         if hardest != SOFT and is_lossy(data):
