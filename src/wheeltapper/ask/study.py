@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.noun import Noun
-from wheeltapper.describe.placement import Placement
+from wheeltapper.describe.paths import held_at
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list, as_quantity, check_choice, check_flag
-from wheeltapper.ground.errors import InputError, value_text, with_suggestion
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.memory import check_room
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march import run
@@ -162,24 +162,7 @@ def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
     InputError
         If there is no such field, or it is no continuous number: a count, a switch, a name, or not set.
     """
-    holder: Any = scenario
-    value: Any = scenario
-    name = ""
-    if not isinstance(path, str):
-        raise InputError("", value_text(path), "no path", 'a path of a field, as "vehicle.damping"')
-    for part in path.split("."):
-        holder, name = (value, part) if isinstance(value, Noun) else (holder, name)
-        if isinstance(value, Noun) and part in type(value).model_fields:
-            value = getattr(value, part)
-        elif isinstance(value, tuple) and part.isdigit() and int(part) < len(value):
-            value = value[int(part)]
-        elif isinstance(value, Placement) and part in value:
-            value = value[part]
-        else:
-            items = value if isinstance(value, tuple) else ()
-            known = type(value).model_fields if isinstance(value, Noun) else range(len(items))
-            allowed = with_suggestion(part, map(str, known)) or "nothing here"
-            raise InputError("", path, f"no such field {part!r}", allowed)
+    holder, name, value = held_at(scenario, path)
     if isinstance(value, bool) or not isinstance(value, float):
         what = "nothing set" if value is None else f"{value!r}, which is no continuous number"
         raise InputError("", path, what, "a field that holds a quantity")

@@ -234,16 +234,30 @@ class Scenario(Noun):
         write_toml(self, path)
 
 
-def write_toml(noun: Noun, path: str | Path) -> None:
-    """Write a scenario, or a site, as TOML that is read back as it is."""
+def toml_text(noun: Noun) -> str:
+    """Return a scenario, or a site, as TOML that is read back as it is.
+
+    Raises
+    ------
+    InputError
+        If it holds a Python function, which no TOML can.
+    """
     import tomli_w
 
-    path = as_path(path, "path", "the path of the TOML file to write")
     try:
-        path.write_text(tomli_w.dumps({"format": FORMAT} | noun.model_dump(mode="json")), encoding="utf-8")
+        return tomli_w.dumps({"format": FORMAT} | noun.model_dump(mode="json"))
     except PydanticSerializationError as error:
         field, kind, instead = _held_function(noun)
-        raise InputError(str(path), field, f"a {kind}, which holds a Python function", instead) from error
+        raise InputError("", field, f"a {kind}, which holds a Python function", instead) from error
+
+
+def write_toml(noun: Noun, path: str | Path) -> None:
+    """Write a scenario, or a site, as TOML that is read back as it is."""
+    path = as_path(path, "path", "the path of the TOML file to write")
+    try:
+        path.write_text(toml_text(noun), encoding="utf-8")
+    except InputError as error:
+        raise error.at(str(path)) from error
     except OSError as error:
         raise InputError(
             str(path), "", f"a place that cannot be written ({error.strerror or error})", "a writable path"

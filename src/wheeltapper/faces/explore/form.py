@@ -15,10 +15,12 @@ from pydantic.fields import FieldInfo
 from wheeltapper.describe.choice import OneOf
 from wheeltapper.describe.manual import field_descriptions
 from wheeltapper.describe.noun import Noun
+from wheeltapper.describe.paths import held_at
 from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.registry import makeable_nouns
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.faces.explore.scenes import start_scene
+from wheeltapper.faces.panels import words
 from wheeltapper.ground.errors import InputError, with_suggestion
 from wheeltapper.ground.quantities import UNITS, si_unit, unit_factor
 
@@ -175,7 +177,9 @@ def _quantity(value: float | None, meaning: Meaning, path: str) -> Entry:
     """Return the entry of a continuous field; its numbers are in SI units, and a shown one is that over `factor`."""
     dimension = meaning.dimension or "number"
     unit, factor = shown_unit(value, dimension)
-    out: Entry = {"kind": "quantity", "path": path, "unit": unit, "factor": factor, "value": value}
+    out: Entry = {
+        "kind": "quantity", "path": path, "words": words(path), "unit": unit, "factor": factor, "value": value,
+    }  # fmt: skip
     return out if value is None else out | _range(float(value), meaning, dimension)
 
 
@@ -216,30 +220,17 @@ def changed(scenario: Scenario, path: str, value: Any) -> Scenario:
     if not path:
         raise InputError("", "path", "nothing", "the path of a field")
     if isinstance(value, dict) and set(value) == {"type"}:
-        value = _usual(str(value["type"]), _held_at(scenario, path))
+        _, _, held = held_at(scenario, path)
+        value = _usual(str(value["type"]), held)
     return scenario.replaced({path: value})
 
 
 def added(scenario: Scenario, path: str, kind: str) -> Scenario:
     """Return the scenario with one more noun in a list."""
-    held = _held_at(scenario, path)
+    _, _, held = held_at(scenario, path)
     if isinstance(held, Placement) or not isinstance(held, tuple):
         raise InputError("", path, "no list to which anything could be added", "a list of irregularities or anomalies")
     return scenario.replaced({path: [*held, _usual(kind, None)]})
-
-
-def _held_at(scenario: Scenario, path: str) -> Any:
-    value: Any = scenario
-    for part in path.split("."):
-        if isinstance(value, Placement) and part in value:
-            value = value[part]
-        elif isinstance(value, tuple) and part.isdigit() and int(part) < len(value):
-            value = value[int(part)]
-        elif isinstance(value, Noun) and part in type(value).model_fields:
-            value = getattr(value, part)
-        else:
-            raise InputError("", path, f"no such field {part!r}", "the path of a field")
-    return value
 
 
 def _usual(name: str, before: Any) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.placement import Placement
-from wheeltapper.describe.scenario import FORMAT, Scenario
+from wheeltapper.describe.scenario import Scenario, toml_text
 from wheeltapper.ground.errors import InputError
 
 ROOMS = ("vehicles", "tracks", "contact", "creep", "profiles", "irregularities")
@@ -43,12 +43,10 @@ def table_of(scenario: Scenario) -> dict[str, Any] | None:
 
 def toml_of(scenario: Scenario) -> str:
     """Return the scene as TOML; one with a Python function as a remark that says so."""
-    import tomli_w
-
-    table = table_of(scenario)
-    if table is None:
-        return "# This scene holds a Python function, which no TOML file can hold.\n"
-    return tomli_w.dumps({"format": FORMAT} | table)
+    try:
+        return toml_text(scenario)
+    except InputError as error:
+        return f"# {error}\n"
 
 
 def python_of(scenario: Scenario) -> str:

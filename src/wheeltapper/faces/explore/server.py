@@ -214,13 +214,9 @@ class Link:
         except SupersededError:
             self._wake.set()
             return
-        except InputError as error:
-            await self._send(Frame("refused", seq=seq, lines=[[error.field, str(error)]], run=False))
-        except ComputationError as error:
-            await self._send(Frame("refused", seq=seq, lines=[["", str(error)]], run=False))
         except Exception as error:  # whatever it is, the page says it in a line, and goes on
-            line = f"{type(error).__name__}: {' '.join(str(error).split())}"
-            await self._send(Frame("refused", seq=seq, lines=[["", line]], run=False))
+            field = error.field if isinstance(error, InputError) else ""
+            await self._send(Frame("refused", seq=seq, lines=[[field, _line_of(error)]], run=False))
         else:
             for frame in frames:
                 await self._send(frame)
@@ -247,12 +243,8 @@ class Link:
                     for frame in found.frames(is_stale):
                         self._loop.call_soon_threadsafe(told.put_nowait, frame)
                 session.map = found
-            except InputError as error:
-                frame = Frame("map refused", number=message.get("number"), line=str(error))
-                self._loop.call_soon_threadsafe(told.put_nowait, frame)
             except Exception as error:  # whatever it is, the page says it in a line, and goes on
-                line = f"{type(error).__name__}: {' '.join(str(error).split())}"
-                frame = Frame("map refused", number=message.get("number"), line=line)
+                frame = Frame("map refused", number=message.get("number"), line=_line_of(error))
                 self._loop.call_soon_threadsafe(told.put_nowait, frame)
             finally:
                 self._loop.call_soon_threadsafe(told.put_nowait, None)
@@ -282,6 +274,13 @@ class Link:
     async def _send(self, frame: Frame) -> None:
         async with self._sending:
             await self._socket.send_bytes(frame.encoded())
+
+
+def _line_of(error: Exception) -> str:
+    """Return what a page says of an error, in one line."""
+    if isinstance(error, InputError | ComputationError):
+        return str(error)
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
 def _offers() -> dict[str, Any]:

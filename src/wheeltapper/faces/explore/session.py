@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from wheeltapper.describe.paths import held_at
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.faces.explore.form import added, changed, form_of
 from wheeltapper.faces.explore.frames import Frame
@@ -119,19 +120,9 @@ class Session:
         head, _, name = path.rpartition(".")
         holder: Any = {name: value}
         if head:
-            holder["type"] = self._kind_at(head)
+            _, _, held = held_at(self.scene, head)
+            holder["type"] = type(held).__name__
         return self.files.checked(holder)[name]
-
-    def _kind_at(self, path: str) -> str:
-        value: Any = self.scene
-        for part in path.split("."):
-            if isinstance(value, tuple) and part.isdigit() and int(part) < len(value):
-                value = value[int(part)]
-            elif isinstance(value, dict):
-                value = value.get(part)
-            else:
-                value = getattr(value, part, None)
-        return type(value).__name__
 
     def read_table(self, data: Any) -> Scenario:
         """Return the scene in a table that a page has kept, or that a file holds."""

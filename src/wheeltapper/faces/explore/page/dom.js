@@ -21,9 +21,6 @@ export function digits(value, count = 4) {
   return String(Number(value.toPrecision(count)));
 }
 
-// A field's path in words: irregularity.0.height is the height of irregularity 1.
-export const pathText = (path) => path.replace(/\.(\d+)/g, (_, number) => ` ${Number(number) + 1}`).replaceAll("_", " ").replaceAll(".", ", ");
-
 // A unit as it is printed: m/s^2 becomes m/s².
 const RAISED = { "-": "⁻", ".": "·", 0: "⁰", 1: "¹", 2: "²", 3: "³", 5: "⁵" };
 export const unitText = (unit) =>

@@ -1,6 +1,6 @@
 // The map of a feature over two fields: an image filled tile by tile, arrows of the gradient, a click that loads a cell.
 
-import { $, digits, options, pathText, unitText } from "./dom.js";
+import { $, digits, options, unitText } from "./dom.js";
 import { leaves } from "./form.js";
 import { Panel, extremes, look, setKey, source } from "./plots.js";
 
@@ -76,7 +76,7 @@ export class FeatureMap extends Panel {
     this.table = table;
     const held = [...leaves(form)].filter((entry) => entry.kind === "quantity" && entry.value !== null && entry.low !== undefined);
     this.fields = new Map(held.map((entry) => [entry.path, entry]));
-    const pairs = held.map((entry) => [entry.path, pathText(entry.path)]);
+    const pairs = held.map((entry) => [entry.path, entry.words]);
     for (const [along, usual] of [["x", "speed"], ["y", this.fields.has("irregularity.0.height") ? "irregularity.0.height" : "vehicle.damping"]]) {
       const select = $(`#map-${along}`), before = select.value;
       const chosen = this.fields.has(before) ? before : this.fields.has(usual) ? usual : held.find((entry) => entry.path !== $("#map-x").value)?.path;
@@ -141,7 +141,7 @@ export class FeatureMap extends Panel {
     this.heads.data = { x: [], y: [], angle: [] };
     const scaled = (along, [path, low, high]) => {
       const entry = this.fields.get(path);
-      this[`${along}Scale`] = { factor: entry.factor, unit: unitText(entry.unit), name: pathText(path) };
+      this[`${along}Scale`] = { factor: entry.factor, unit: unitText(entry.unit), name: entry.words };
       return [low / entry.factor, high / entry.factor];
     };
     this.xs = scaled("x", x);
