@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from math import inf, nan
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from wheeltapper.diagnosis.site.synthetic import COACH, synthesise, synthesise_t
 from wheeltapper.diagnosis.train import diagnose_train, train_of
 from wheeltapper.record.limits.rule import VERIFY, Rule, read_rules
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 KNOWN = {"speed": 0.01, "vehicle.load": 0.05, "contact.constant": 0.05, "irregularity.0.height": 0.05}
 LONG = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)
 SHORT = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=4.7e5, start=-0.05, length=2.2)
@@ -214,6 +216,13 @@ def test_one_json_holds_the_train_and_gives_it_back(train):
         assert one == pytest.approx(other, rel=1e-6) if isinstance(one, float) else one["verdict"] == other["verdict"]
         assert one["level_kn"] == pytest.approx(other["level_kn"], rel=1e-6)
     assert train_of(entries, found.site, countries=["SE"]).alarms[0].rule.name == "Trafikverket, 350 kN"
+
+
+@pytest.mark.slow
+def test_a_wheelset_that_neighbours_shake_is_not_explained_alone():
+    where = wt.load(EXAMPLES / "site.toml")
+    shaken = synthesise_train(where, [None, "broken spring"], seed=2)[0]
+    assert wt.diagnose(shaken, where).verdict == "not explained"
 
 
 def test_alarms_of_what_is_not_explained_compare_the_force_of_the_recording():

@@ -150,6 +150,8 @@ def _at_other_speeds(case: Case, fit: Fit, struck: float, since: float) -> Itera
     speed, place = float(begun.speed), f"irregularity.{len(begun.irregularities) - 1}.position"
     own, turn = struck - zero_of(begun), 2.0 * pi * begun.vehicle.radius
     many = ceil(share * (since - zero_of(begun)) / (APART * case.scale.period))
+    if many < 1:  # too short a time for speeds to differ
+        return
     speeds = (stated * (1.0 + np.linspace(-share, share, 2 * many + 1))).tolist()
     tried = [
         begun.replaced({"speed": other, place: (float(flat.position) + (other - speed) * own) % turn})
