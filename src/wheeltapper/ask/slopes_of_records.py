@@ -1,7 +1,7 @@
 """Derivatives of features of wagons: the march has no tangents, so they are differences of strict runs.
 
 A strict run with its own step control is a smooth function of each field, down to rounding, as long as the same happens
-in it in the same order. Where it does not, there is no derivative, and a note says so (docs/decisions/0032).
+in it in the same order. Where it does not, there is no derivative, and a note says so (docs/decisions/0034).
 """
 
 from __future__ import annotations
