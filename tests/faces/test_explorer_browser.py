@@ -151,8 +151,12 @@ def test_a_click_on_the_map_loads_its_run(server: Server, opened: Callable[..., 
     box = page.locator("#map .plot").bounding_box()
     page.mouse.click(box["x"] + 0.7 * box["width"], box["y"] + 0.3 * box["height"])
     page.wait_for_function("before => document.querySelector('#summary').textContent !== before", arg=before)
-    speed = page.evaluate("Number(document.querySelector('#toml').textContent.match(/speed = ([\\d.]+)/)[1])")
-    assert 11.0 < speed < 16.0
+    page.wait_for_function(  # the picture is sent first, the scene's text behind it
+        """() => {
+            const speed = Number(document.querySelector('#toml').textContent.match(/speed = ([\\d.]+)/)[1]);
+            return 11.0 < speed && speed < 16.0;
+        }"""
+    )
     page.focus("#map")
     clicked = page.inner_text("#summary")
     for key in ("ArrowLeft", "ArrowLeft", "ArrowDown", "Enter"):
