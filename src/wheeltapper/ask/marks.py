@@ -17,9 +17,18 @@ from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.marks import SAMPLES, SEMI_AXIS, Surface
 from wheeltapper.lower.on_rails import memory_of, on_wheels, virgin_rail
 from wheeltapper.lower.plastic import patch_semi_axis
+from wheeltapper.lower.wagon_marks import (
+    SIDES,
+    lane_of,
+    onset_of,
+    path_of,
+    read_contacts,
+    semi_axis_of,
+    wagon_rails,
+)
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.general.laws.plastic import PLASTIC_ONSET
+from wheeltapper.march.plastic_law import PLASTIC_ONSET
 from wheeltapper.record.record import Record
 
 if TYPE_CHECKING:
@@ -41,21 +50,28 @@ class Marks(Shown):
 
     Attributes
     ----------
-    rail
-        The rail's part, to be added to a scenario's irregularities.
+    rails
+        The rail's part, to be added to a scenario's irregularities; of a wagon that of the left rail and of the right
+        one, for the places "left" and "right".
     wheels
-        The part of each wheelset's wheels, over their circumference. The point of the wheel that was at x = 0 is there
-        again.
+        The part of each wheelset's wheels, over their circumference; of a wagon each wheelset's left wheel, then its
+        right one. The point of the wheel that was at x = 0 is there again.
     table
-        Over `position`: permanent indentation of both bodies together, and the heights of the rail's part.
+        Over `position`, of a wagon also over `side`: permanent indentation of both bodies together, and the heights of
+        the rail's part.
     notes
         What the user should know.
     """
 
-    rail: Measured
+    rails: tuple[Measured, ...]
     wheels: tuple[OutOfRound, ...]
     table: xr.Dataset
     notes: tuple[str, ...]
+
+    @property
+    def rail(self) -> Measured:
+        """The part of the first rail."""
+        return self.rails[0]
 
     @property
     def wheel(self) -> OutOfRound:
@@ -104,7 +120,10 @@ def marks(record: Record) -> Marks:
     if not isinstance(record, Record):
         raise InputError("", "record", f"a {type(record).__name__}", "a Record")
     scenario = record.scenario
-    on_rails = run.choose(run.MARKS, scenario.needs) is run.GENERAL
+    marcher = run.choose(run.MARKS, scenario.needs)
+    if marcher.is_of_wagons:
+        return _marks_of_wagon(record)
+    on_rails = marcher is run.GENERAL
     share, way = scenario.contact.share_of_rail, float(scenario.speed * record.end)
     first = scenario.vehicle.plane.wheelsets[0] if on_rails else scenario.vehicle
     semi_axis = patch_semi_axis(scenario.contact, first, float(np.ravel(record.static_force)[0]))
@@ -116,11 +135,65 @@ def marks(record: Record) -> Marks:
     else:
         x, both = _left_on_virgin_rail(rolled, way, start, semi_axis)
     return Marks(
-        Measured(positions=tuple(x.tolist()), heights=tuple((-share * both).tolist()), beyond="flat"),
+        (_rail_part(x, both, share),),
         tuple(_wheel_part(one, way, semi_axis, 1.0 - share) for one in rolled),
         _table(x, both, share),
-        (f"averaged over the contact patch, {2e3 * semi_axis:.2f} mm long: shorter marks are not resolved",),
+        _notes(semi_axis),
     )
+
+
+def _notes(semi_axis: float) -> tuple[str, ...]:
+    return (f"averaged over the contact patch, {2e3 * semi_axis:.2f} mm long: shorter marks are not resolved",)
+
+
+def _rail_part(x: FloatArray, both: FloatArray, share: float) -> Measured:
+    return Measured(positions=tuple(x.tolist()), heights=tuple((-share * both).tolist()), beyond="flat")
+
+
+def _marks_of_wagon(record: Record) -> Marks:
+    """Return the marks on both rails, and on all wheels of a wagon."""
+    import xarray as xr
+
+    scenario, lowered, march = record.scenario, record._lowered, record._march
+    assembly, share = march.paved(lowered.assembly), scenario.contact.share_of_rail
+    way, semi_axis = float(scenario.speed * record.end), semi_axis_of(scenario, float(lowered.static_force[0].mean()))
+    rolled = [_rolled_of_wagon(record, side, way, semi_axis / SEMI_AXIS / SAMPLES) for side in range(len(SIDES))]
+    start = min(one.position for one in rolled[0])
+    if scenario.rolling == "point":
+        marking = wagon_rails(scenario, assembly, (), semi_axis).begin()
+        marking.press(assembly, march)
+        surfaces = [rail.left() for rail in marking.sides]
+        inside = surfaces[0].sample_positions <= max(one.position for one in rolled[0]) - start + way
+        found = [(one.sample_positions[inside] + start, one.settled_indentation()[inside]) for one in surfaces]
+    else:
+        found = [_left_on_virgin_rail(of_side, way, start, semi_axis) for of_side in rolled]
+    return Marks(
+        tuple(_rail_part(x, both, share) for x, both in found),
+        tuple(_wheel_part(one, way, semi_axis, 1.0 - share) for pair in zip(*rolled, strict=True) for one in pair),
+        xr.concat([_table(x, both, share) for x, both in found], xr.Variable("side", [*SIDES])),
+        _notes(semi_axis),
+    )
+
+
+def _rolled_of_wagon(record: Record, side: int, way: float, spacing: float) -> list[_Rolled]:
+    """Return the wheels of one side of a wagon."""
+    scenario, speed, out = record.scenario, float(record.scenario.speed), list[_Rolled]()
+    assembly = record._march.paved(record._lowered.assembly)
+    onset = onset_of(assembly)
+    for number, axle in enumerate(scenario.vehicle.axles):
+        position, lane = float(axle.position), lane_of(number, side)
+
+        def depth_at(places: FloatArray, position: float = position, lane: int = lane) -> FloatArray:
+            times = np.clip((places - position) / speed, 0.0, record.end)
+            delta, left, _, stretch = read_contacts(assembly, record._march, times)[:, :, lane].T
+            return np.where((stretch > 0.0) | (left == 0.0), np.maximum(delta, 0.0) + left, 0.0)
+
+        def slope_at(places: FloatArray, position: float = position, lane: int = lane) -> FloatArray:
+            return path_of(assembly, lane).slope_at(places - position)
+
+        depth = _depth_function(scenario.rolling, position, way, float(axle.radius), spacing, depth_at, slope_at)
+        out.append(_Rolled(float(axle.radius), position, assembly.law, onset, onset, depth))
+    return out
 
 
 def _settled(one: _Rolled, reached: FloatArray, interval: float) -> FloatArray:

@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 from wheeltapper._version import __version__
 from wheeltapper.ask.marks import Marks, marks
 from wheeltapper.ask.passes import PassResult, RailLine, Scatter
+from wheeltapper.ask.passes_of_wagons import RailLineOfWagons
 from wheeltapper.ask.passes_on_rails import RailLineOnTrack
 from wheeltapper.ask.spec import file_digests
 from wheeltapper.ask.wear_files import beside_of, locked_file, unwritable_error
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.bogie import Bogie
+from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.describe.vehicle.wheelsets import Wheelsets
 from wheeltapper.ground.arguments import as_count, as_path, as_quantity, as_table, with_older
@@ -199,14 +201,32 @@ def _checked_scatter(hardening: Any, scatter: dict[str, Any], seed: Any) -> Scat
 
 
 def _checked_vehicles(vehicles: Any) -> tuple[Any, ...]:
-    allowed = "Wheelset, Wheelsets or Bogie"
+    allowed = "Wheelset, Wheelsets, Bogie or Wagon"
     if not isinstance(vehicles, Iterable) or isinstance(vehicles, str):
         raise InputError("", "scatter.vehicles", value_text(vehicles), f"a list of {allowed}")
     out = tuple(vehicles)
     for i, one in enumerate(out):
-        if not isinstance(one, Wheelset | Wheelsets | Bogie):
+        if not isinstance(one, Wheelset | Wheelsets | Bogie | Wagon):
             raise InputError("", f"scatter.vehicles.{i}", value_text(one), allowed)
     return out
+
+
+def _line_of(
+    scenario: Scenario, options: Scatter, samples: int, method: str, vehicles: tuple[Any, ...]
+) -> RailLine | RailLineOnTrack | RailLineOfWagons:
+    """Return the rail over which a scenario, or vehicles in turn, pass again and again."""
+    marcher = run.choose(run.WEAR_IN, scenario.needs)
+    for i, vehicle in enumerate(vehicles):
+        if isinstance(vehicle, Wagon) != marcher.is_of_wagons:
+            allowed = (
+                "a Wagon, as the scenario has one" if marcher.is_of_wagons else "no Wagon, as the scenario has none"
+            )
+            raise InputError("", f"scatter.vehicles.{i}", value_text(vehicle), allowed)
+    if marcher.is_of_wagons:
+        return RailLineOfWagons(scenario, options, samples, method, vehicles)
+    if marcher.is_general or vehicles:
+        return RailLineOnTrack(scenario, options, samples, method, vehicles)
+    return RailLine(scenario, options, samples, method)
 
 
 class _Evolution:
@@ -216,12 +236,7 @@ class _Evolution:
         self, scenario: Scenario, options: Scatter, every: int, samples: int, method: str, store: Path | None,
         vehicles: tuple[Any, ...] = (),
     ) -> None:  # fmt: skip
-        on_rails = run.choose(run.WEAR_IN, scenario.needs) is run.GENERAL or bool(vehicles)
-        self._line: RailLine | RailLineOnTrack = (
-            RailLineOnTrack(scenario, options, samples, method, vehicles)
-            if on_rails
-            else RailLine(scenario, options, samples, method)
-        )
+        self._line = _line_of(scenario, options, samples, method, vehicles)
         warn_of(self._line.notes)
         self._every, self._store = every, store
         self._request = json.dumps(
@@ -310,33 +325,37 @@ class _Evolution:
         wavelength, amplitude = spectrum(x, heights, 2.0 * line.semi_axis)
         growth = np.full_like(amplitude, np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
-            growth[1:] = np.diff(np.log(amplitude), axis=0) / np.diff(numbers)[:, None]
+            growth[1:] = np.diff(np.log(amplitude), axis=0) / np.diff(numbers).reshape(-1, *[1] * (amplitude.ndim - 1))
         columns = {name: np.array([getattr(one, name, np.nan) for one in told], dtype=float) for name in PER_PASS}
         columns["impacts_per_metre"] = np.array([one.impacts / one.length for one in told])
         variables: dict[str, Any] = {
             name: ("pass", columns[name], {"units": unit, "long_name": words})
             for name, (unit, words) in PER_PASS.items()
         }
+        sides: tuple[str, ...] = ("side",) if isinstance(line, RailLineOfWagons) else ()
+        along, waves = ("kept", *sides, "position"), ("kept", *sides, "wavelength")
         variables |= {
-            "height": (("kept", "position"), heights, {"units": "m", "long_name": "height of the rail"}),
+            "height": (along, heights, {"units": "m", "long_name": "height of the rail"}),
             "permanent_indentation": (
-                ("kept", "position"), left,
+                along, left,
                 {"units": "m", "long_name": "permanent indentation of rail and wheels, averaged over the patch"},
             ),
             "amplitude": (
-                ("kept", "wavelength"), amplitude, {"units": "m", "long_name": "amplitude of the rail's height"},
+                waves, amplitude, {"units": "m", "long_name": "amplitude of the rail's height"},
             ),
             "growth_rate": (
-                ("kept", "wavelength"), growth,
+                waves, growth,
                 {"units": "1", "long_name": "growth of the amplitude's logarithm per pass since the last kept one"},
             ),
         }  # fmt: skip
-        coordinates = {
+        coordinates: dict[str, Any] = {
             "pass": np.arange(1, len(told) + 1),
             "kept": ("kept", numbers, {"long_name": "passes made"}),
             "position": ("position", x, {"units": "m", "long_name": "position along the rail"}),
             "wavelength": ("wavelength", wavelength, {"units": "m", "long_name": "wavelength"}),
         }
+        if sides:
+            coordinates["side"] = [*RailLineOfWagons.sides]
         return xr.Dataset(variables, coordinates, self._evolution_attributes())
 
     def _evolution_attributes(self) -> dict[str, Any]:
@@ -420,14 +439,14 @@ def spectrum(x: FloatArray, heights: FloatArray, shortest: float) -> tuple[Float
     x
         Places, m.
     heights
-        (profiles, places), m.
+        (profiles, places), or with the sides of a wagon between both, m.
     shortest
         Shortest wavelength, m.
     """
     spacing = float(x[1] - x[0])
     window = np.hanning(len(x) + 1)[:-1]
-    off = heights - heights.mean(axis=1, keepdims=True)
-    found = 2.0 * np.abs(np.fft.rfft(off * window, axis=1)) / window.sum()
+    off = heights - heights.mean(axis=-1, keepdims=True)
+    found = 2.0 * np.abs(np.fft.rfft(off * window, axis=-1)) / window.sum()
     frequency = np.fft.rfftfreq(len(x), spacing)
     wanted = (frequency > 0) & (frequency <= 1.0 / shortest)
-    return np.asarray(1.0 / frequency[wanted], dtype=np.float64), np.asarray(found[:, wanted], dtype=np.float64)
+    return np.asarray(1.0 / frequency[wanted], dtype=np.float64), np.asarray(found[..., wanted], dtype=np.float64)

@@ -206,7 +206,7 @@ def wear(
         print(f"wheeltapper: interrupted; what is computed is in {output}; the same command goes on", file=sys.stderr)
         return NOT_FINISHED
     over = found.largest_force.values / found.attrs["static_force"]
-    left = found.permanent_indentation.values.max(axis=1)
+    left = found.permanent_indentation.values.reshape(found.sizes["kept"], -1).max(axis=1)
     print(
         f"{len(over)} passes: largest force {over[0]:.3f} of static in the first, {over[-1]:.3f} in the last; "
         f"marks up to {1e6 * left[-1]:.2f} µm"

@@ -32,20 +32,25 @@ def draw_wear(wear: xr.Dataset) -> Figure:
     profile, marks = axes[0]
     states = ((first, "virgin", WIDE), (last, f"after {int(last.kept)} passes", THIN))
     for one, words, line in states:
-        profile.plot(1e3 * one.position, 1e6 * one.height, label=words, **line)
+        for side, height in _by_side(one.height):
+            profile.plot(1e3 * one.position, 1e6 * height, label=" ".join([words, side]).strip(), **line)
     profile.set(xlabel="position [mm]", ylabel="height [µm]")
     legend_above(profile)
-    marks.plot(1e3 * last.position, 1e6 * last.permanent_indentation)
+    for side, left in _by_side(last.permanent_indentation):
+        marks.plot(1e3 * last.position, 1e6 * left, label=side)
     marks.set(xlabel="position [mm]", ylabel="permanent indentation [µm]")
     spectrum, growth = axes[1]
     for one, words, line in states:
-        spectrum.loglog(1e3 * one.wavelength, 1e6 * np.maximum(one.amplitude, 1e-12), label=words, **line)
+        for side, amplitude in _by_side(one.amplitude):
+            label = " ".join([words, side]).strip()
+            spectrum.loglog(1e3 * one.wavelength, 1e6 * np.maximum(amplitude, 1e-12), label=label, **line)
     spectrum.set(xlabel="wavelength [mm]", ylabel="amplitude [µm]")
     legend_above(spectrum)
     if wear.sizes["kept"] > 1:
         real = first.amplitude > NOISE * float(first.amplitude.max())
         rate = np.log(last.amplitude / first.amplitude) / float(last.kept)
-        growth.semilogx(1e3 * wear.wavelength, rate.where(real), "o-", markersize=3)
+        for _, values in _by_side(rate.where(real)):
+            growth.semilogx(1e3 * wear.wavelength, values, "o-", markersize=3)
     growth.axhline(0.0, color="0.5", linewidth=0.8)
     growth.set(xlim=spectrum.get_xlim(), xlabel="wavelength [mm]", ylabel="mean growth rate [1/pass]")
     growth.set_title("waves of at least a thousandth of the highest one")
@@ -62,8 +67,10 @@ def draw_wear(wear: xr.Dataset) -> Figure:
     impacts, strongest = axes[3]
     impacts.plot(number, wear.impacts_per_metre, **EACH)
     impacts.set(xlabel="pass", ylabel="impacts [1/m]", ylim=(0.0, None))
-    loudest = wear.amplitude.isel(wavelength=int(first.amplitude.values.argmax()))
-    strongest.plot(wear.kept, 1e6 * loudest, **EACH)
+    highest = first.amplitude.max("side") if "side" in wear.dims else first.amplitude
+    loudest = wear.amplitude.isel(wavelength=int(highest.values.argmax()))
+    for side, one in _by_side(loudest):
+        strongest.plot(wear.kept, 1e6 * one, label=side, **EACH)
     strongest.set(xlabel="passes made", ylabel=f"amplitude at {1e3 * float(loudest.wavelength):.3g} mm [µm]")
     for axis in figure.axes:
         if axis not in (spectrum, growth):
@@ -72,13 +79,23 @@ def draw_wear(wear: xr.Dataset) -> Figure:
     return figure
 
 
+def _by_side(values: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
+    """Return values of the left and the right rail, of a wagon; others as they are, without a name."""
+    if "side" not in values.dims:
+        return [("", values)]
+    return [(f"{side} rail", values.sel(side=side)) for side in values.side.values]
+
+
 def draw_marks(marks: Marks) -> Figure:
     """Draw the marks of one pass on the rail and around the wheel."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 5.5))
     rail, wheel = figure.subplots(2, 1)
-    rail.plot(1e3 * marks.table.position, 1e6 * marks.table.rail)
+    for side, one in _by_side(marks.table.rail):
+        rail.plot(1e3 * marks.table.position, 1e6 * one, label=side)
+    if "side" in marks.table.dims:
+        legend_above(rail)
     rail.set(xlabel="position along the rail [mm]", ylabel="rail [µm]")
     wheel.plot(1e3 * np.array(marks.wheel.places), 1e6 * np.array(marks.wheel.deviations))
     wheel.set(xlabel="arc around the wheel [mm]", ylabel="wheel [µm]")

@@ -8,15 +8,19 @@ Places s count along the rail from where the surface begins, at or behind the la
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wheeltapper.lower.marks import SEMI_AXIS, MarkedPath, Surface
 from wheeltapper.lower.plastic import dissipated_by
 from wheeltapper.march import program as contract
-from wheeltapper.march.general.march import Found
 from wheeltapper.march.program import FloatArray
+
+if TYPE_CHECKING:
+    from wheeltapper.march.general.march import Found
 
 BEHIND = 8
 """Intervals of the surface by which a wheel stays behind the marks that it does not know yet: two patches."""
@@ -95,15 +99,27 @@ class Marking:
 
         memory, system = self._memory, found.prepared.system
         way = min(system.speed * found.time, memory.end)
-        for k, wheel in enumerate(self._order):
-            first, last = self._fronts[k], self._sample(memory.offsets[wheel] + way)
-            self._fronts[k] = last
-            places = memory.before.sample_positions[first:last]
+        for wheel, places in self.ahead(way):
             depths, forces = pressed(found, wheel, (places - memory.offsets[wheel]) / system.speed)
             depths = np.maximum(depths, 0.0) + surface_along(system.contacts[wheel], places)[0]
-            self._surfaces[k + 1] = self._yielded(k, first, depths)
             constant, onset, *_ = system.contacts[wheel].law.numbers
-            self.pressures.append(forces / (constant * onset**1.5))
+            self.take(wheel, depths, forces / (constant * onset**1.5))
+
+    def ahead(self, way: float) -> Iterator[tuple[int, FloatArray]]:
+        """Return each wheel with the samples that it has passed since the last time when it has rolled so far, m."""
+        for k, wheel in enumerate(self._order):
+            last = self._sample(self._memory.offsets[wheel] + way)
+            yield wheel, self._memory.before.sample_positions[self._fronts[k] : last]
+
+    def take(self, wheel: int, depths: FloatArray, pressures: FloatArray) -> None:
+        """Take how deep a wheel has indented the virgin surface, m, at the samples ahead of it, and its forces there.
+
+        Wheels are taken in the order of `ahead`; forces are over N_Y.
+        """
+        k = self._order.index(wheel)
+        self._surfaces[k + 1] = self._yielded(k, self._fronts[k], depths)
+        self._fronts[k] += len(depths)
+        self.pressures.append(pressures)
 
     def _yielded(self, k: int, first: int, depths: FloatArray) -> Surface:
         """Return surface k + 1, on which wheel k of the order has pressed samples from `first` on so deep, m."""

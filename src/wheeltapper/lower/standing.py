@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.plastic import virgin_pieces
 from wheeltapper.lower.table import blank_rows
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import run
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
+from wheeltapper.march.plastic_law import PLASTIC_ONSET
 from wheeltapper.march.program import PIECE_COLUMNS, STOP
 from wheeltapper.march.wheel_rows import NORMAL, ROW_PATH
 
@@ -54,7 +56,10 @@ def level_assembly(assembly: Assembly, layout: StateLayout) -> Assembly:
     start = np.zeros_like(assembly.start)
     upright = np.array([motion == "z" and body != "deck" for body, motion in layout.motions])
     start[layout.displacement_places[upright]] = -assembly.numbers[asm.STATIC_INDENTATION]
-    return assembly._replace(lanes=lanes, pieces=blank_rows(1) + _ENDLESS, start=start)
+    level = blank_rows(1) + _ENDLESS
+    if len(assembly.law):
+        level = virgin_pieces(level, float(assembly.numbers[asm.YIELD_LAW + PLASTIC_ONSET]))
+    return assembly._replace(lanes=lanes, pieces=level, start=start)
 
 
 def normal_forces(assembly: Assembly, state: FloatArray, wheelsets: int) -> FloatArray:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.creep import Fastsim
 from wheeltapper.describe.profile.wheel_rail import Cones
@@ -32,6 +33,7 @@ from wheeltapper.lower.patches import (
     patch_tables,
     saturation_cells,
 )
+from wheeltapper.lower.plastic import virgin_pieces
 from wheeltapper.lower.plausible import implausible_notes
 from wheeltapper.lower.standing import level_assembly, normal_forces, standing_on, steady_state
 from wheeltapper.lower.structure import SeriesDamper, Structure, structure_of
@@ -40,8 +42,13 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
 from wheeltapper.march.columns import packed_columns
 from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
+from wheeltapper.march.plastic_law import PLASTIC_ONSET
+from wheeltapper.march.remembering import OverMarks
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wheeltapper.lower.wagon_marks import WagonRails, WornRails
     from wheeltapper.march.rails.march import OnRails
 
 FloatArray = NDArray[np.float64]
@@ -91,6 +98,8 @@ class LoweredWagon:
         Units of the assembly in m, s and N.
     below
         Rails that give way; None on a stiff track.
+    memory
+        What the rails remember of contacts that yield; None where wheels meet no marks of others.
     """
 
     assembly: Assembly
@@ -103,11 +112,13 @@ class LoweredWagon:
     time: float = 1.0
     force: float = 1.0
     below: OnRails | None = None
+    memory: WagonRails | None = None
 
     @property
-    def program(self) -> Assembly | OnRails:
+    def program(self) -> Assembly | OnRails | OverMarks:
         """What is marched."""
-        return self.assembly if self.below is None else self.below
+        plain = self.assembly if self.below is None else self.below
+        return plain if self.memory is None else OverMarks(plain, self.memory)
 
 
 def static_loads(structure: Structure, wagon: Wagon) -> FloatArray:
@@ -249,8 +260,8 @@ def layout_of(scenario: Scenario, structure: Structure) -> StateLayout:
     return StateLayout((*names, DECK), (*structure.motions, (DECK, "z")))
 
 
-def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
-    """Lower a scenario with a wagon to an assembly, without its start."""
+def lower_wagon(scenario: Scenario, method: str = "default", worn: WornRails | None = None) -> LoweredWagon:
+    """Lower a scenario with a wagon to an assembly, without its start; `worn`: rails with marks of others."""
     check_known(scenario)
     wagon, chosen = scenario.vehicle, METHODS[method]
     if len(wagon.axles) > MOST_AXLES:
@@ -282,7 +293,7 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     own = np.zeros(len(layout.bodies) * LANES)
     own[rows] = np.diag(mobility)
     elements, inside = _element_arrays(replace(structure, sliders=()), layout, mobility)
-    lanes, pieces, notes = _tread_lanes(scenario, layout, wheelsets, chosen)
+    lanes, pieces, notes, paths = _tread_lanes(scenario, layout, wheelsets, chosen)
     held_loads = np.zeros((len(layout.bodies), LANES))
     for value, (body, name) in zip(resting, layout.motions, strict=True):
         held_loads[layout.bodies.index(body), MOTIONS.index(name)] = value
@@ -307,14 +318,49 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
         sources=sources, columns=columns, mobility=own, force_spans=force_spans, force_sources=force_sources,
         force_columns=force_columns, loads=held_loads.ravel(), start=np.zeros(states), **elements,
     )  # fmt: skip
+    if isinstance(scenario.contact, ElasticPlastic):
+        heaviest = float(per_wheelset.max()) if worn is None else worn.heaviest
+        assembly = _yielding(assembly, scenario.contact, middle, heaviest)
     even = level_assembly(assembly, layout)
     resting_state = steady_state(even, layout, mobility)
     static = normal_forces(even, resting_state, len(wheelsets))
     numbers[asm.DECK_PRESTRESS] = static[_deck_wheelset(scenario)].sum()
     positions = tuple(axle.position for axle in wagon.axles)
+    memory: WagonRails | None = None
+    said = (*implausible_notes(scenario), *notes)
+    if isinstance(scenario.contact, ElasticPlastic):
+        memory, more = _memory_of(scenario, assembly, paths, float(static[0].mean()), worn)
+        said = (*said, *more)
+    if memory is not None:
+        lanes, pieces = memory.begin().paths()
+        assembly = assembly._replace(lanes=lanes, pieces=pieces)
     start = standing_on(assembly._replace(start=resting_state), layout, mobility, positions)
     assembly = _with_sliders(assembly._replace(start=start), structure, layout, mobility, inside)
-    return LoweredWagon(assembly, layout, structure, static, middle, (*implausible_notes(scenario), *notes))
+    return LoweredWagon(assembly, layout, structure, static, middle, said, memory=memory)
+
+
+def _yielding(assembly: Assembly, contact: ElasticPlastic, constant: float, heaviest: float) -> Assembly:
+    """Return an assembly with treads that yield; its numbers take those of the law. `constant`: of a middle wheel."""
+    from wheeltapper.lower.wagon_marks import plastic_law, plastic_numbers
+
+    numbers = assembly.numbers
+    numbers[asm.YIELD_LAW : asm.AT_LAW] = plastic_numbers(contact, constant, heaviest)
+    pieces = virgin_pieces(assembly.pieces, float(numbers[asm.YIELD_LAW + PLASTIC_ONSET]))
+    return assembly._replace(pieces=pieces, law=plastic_law(contact))
+
+
+def _memory_of(
+    scenario: Scenario, assembly: Assembly, paths: Sequence[tuple[PathTable, PathTable]], force: float,
+    worn: WornRails | None,
+) -> tuple[WagonRails | None, tuple[Note, ...]]:  # fmt: skip
+    """Return what the rails remember of a wagon that yields, and notes; `force` is that of a wheel at rest, N."""
+    from wheeltapper.lower.on_rails import VIRGIN
+    from wheeltapper.lower.wagon_marks import SCALED, semi_axis_of, wagon_rails
+
+    several = len(scenario.vehicle.axles) > 1
+    if scenario.rolling != "point" or not (several or worn):
+        return None, (SCALED, VIRGIN) if several else (SCALED,)
+    return wagon_rails(scenario, assembly, paths, semi_axis_of(scenario, force), worn), (SCALED,)
 
 
 def started(lowered: LoweredWagon, scenario: Scenario) -> LoweredWagon:
@@ -406,6 +452,8 @@ def law_numbers(scenario: Scenario) -> tuple[int, float]:
     """Return the law of all contacts, and its factor of hysteresis, s/m."""
     if isinstance(scenario.contact, Linear):
         return asm.STRAIGHT, 0.0
+    if isinstance(scenario.contact, ElasticPlastic):
+        return asm.PLASTIC, 0.0
     loss = float(scenario.contact.hysteresis_factor)
     return (asm.LOSSY if loss else asm.HERTZIAN), loss
 
@@ -438,7 +486,7 @@ def _saturation_curve(scenario: Scenario) -> FloatArray:
 def _root_constant_factor(scenario: Scenario, radius: float) -> Any:
     """Return the factor on C^(1/3) as a function of the irregularity's second derivative; None if C is constant."""
     contact = scenario.contact
-    if isinstance(contact, Linear) or not contact.follows_curvature:
+    if isinstance(contact, Linear | ElasticPlastic) or not contact.follows_curvature:
         return None
     geometry = geometry_of(scenario.profiles, radius, contact.rail_radius)
     crown = 0.5 / geometry.curvature[len(geometry.shift) // 2]
@@ -452,8 +500,8 @@ def _root_constant_factor(scenario: Scenario, radius: float) -> Any:
 
 def _tread_lanes(
     scenario: Scenario, layout: StateLayout, wheelsets: list[str], method: Method
-) -> tuple[FloatArray, FloatArray, tuple[Note, ...]]:
-    """Return the lanes of the treads' contacts, all paths, and notes on them."""
+) -> tuple[FloatArray, FloatArray, tuple[Note, ...], tuple[tuple[PathTable, PathTable], ...]]:
+    """Return the lanes of the treads' contacts, all paths, notes on them, and the paths' tables by wheelset."""
     wagon = scenario.vehicle
     octets = -(-len(wheelsets) // HALF)
     lanes = np.zeros((octets, asm.LANE_COLUMNS, LANES))
@@ -461,6 +509,7 @@ def _tread_lanes(
     count = 0
     held: dict[Any, tuple[PathTable, int]] = {}
     notes: list[Note] = []
+    tables: list[PathTable] = []
     end = float(scenario.speed * scenario.duration)
     for number, (name, axle) in enumerate(zip(wheelsets, wagon.axles, strict=True), 1):
         for side, sign in (("left", 1.0), ("right", -1.0)):
@@ -477,10 +526,11 @@ def _tread_lanes(
                 where = f"{name} {side}" + (f", x from {axle.position:g} m" if axle.position else "")
                 notes += [note.reworded(f"{where}: {note}") for note in said]
             table, first = held[key]
+            tables.append(table)
             octet, lane = (number - 1) // HALF, (number - 1) % HALF + (0 if side == "left" else HALF)
             lanes[octet, :, lane] = _wheel_lane(sign, axle.radius, layout.bodies.index(name), table, first)
             lanes[octet, [asm.WHEEL_DECK_FROM, asm.WHEEL_DECK_TO], lane] = _on_deck(scenario, number, axle.position)
-    return lanes, np.vstack(pieces), tuple(notes)
+    return lanes, np.vstack(pieces), tuple(notes), tuple(zip(tables[::2], tables[1::2], strict=True))
 
 
 def _wheel_lane(sign: float, radius: float, body: int, table: PathTable, first: int) -> list[float]:

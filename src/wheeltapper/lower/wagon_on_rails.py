@@ -19,6 +19,7 @@ from wheeltapper.lower.standing import normal_forces
 from wheeltapper.lower.track.anomalies import check_seats
 from wheeltapper.lower.track.reach import Reach, cutoff_note, modes_of, rolling_modes_of
 from wheeltapper.lower.wagon import LoweredWagon, lower_wagon
+from wheeltapper.lower.wagon_marks import WornRails
 from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import HALF, LANES, Assembly
 from wheeltapper.march.general.march import rest_of
@@ -40,9 +41,11 @@ ROLLING = Note("rails move vertically only, and creep forces act on the wheelset
 """What the march leaves out of a real track, without and with sleepers that roll."""
 
 
-def lower_wagon_on_rails(scenario: Scenario, method: str = "default") -> LoweredWagon:
-    """Lower a scenario with a wagon on rails that give way."""
-    lowered = lower_wagon(scenario, method)
+def lower_wagon_on_rails(
+    scenario: Scenario, method: str = "default", worn: WornRails | None = None
+) -> LoweredWagon:  # fmt: skip
+    """Lower a scenario with a wagon on rails that give way; `worn`: they have marks of others."""
+    lowered = lower_wagon(scenario, method, worn)
     places = np.array([axle.position for axle in scenario.vehicle.axles], dtype=float)
     modes, reach = modes_of(scenario.track, method, float(np.ptp(places)))
     rings = modes.ring, rolling_modes_of(scenario.track, reach).ring if scenario.track.rolls else modes.ring

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wheeltapper.march.plastic_law import PLASTIC_COLUMNS, PLASTIC_PIECES
 from wheeltapper.march.program import FloatArray, IntArray
 
 LANES = 8
@@ -46,11 +47,18 @@ STRIP_BOUND = 16
 LONGEST_STEP = 17  # longest step, s
 TREADS = 18  # octets of tread contacts; as many of flange contacts may follow
 FLANGE_FROM = 19  # least shift of a wheel, m, at which its flange may touch
-CONTACT_LAW = 20  # HERTZIAN, LOSSY (Hunt and Crossley's), STRAIGHT (linear)
+CONTACT_LAW = 20  # HERTZIAN, LOSSY (Hunt and Crossley's), STRAIGHT (linear), PLASTIC (elastic-plastic treads)
 MATERIAL_LOSS = 21  # χ of a lossy contact, s/m
-ASSEMBLY_NUMBERS = 22
+YIELD_LAW = 22  # numbers of a law that yields, as `plastic_law` has them, for C = 1 N/m^1.5 and δ_Y in m
+ASSEMBLY_NUMBERS = YIELD_LAW + PLASTIC_PIECES + 1
 NO_CREEP, CURVE, STRIPS = range(3)
-HERTZIAN, LOSSY, STRAIGHT = range(3)
+HERTZIAN, LOSSY, STRAIGHT, PLASTIC = range(4)
+AT_LAW = ASSEMBLY_NUMBERS
+"""Where the pieces of a law that yields begin in the flat data: behind the numbers."""
+PIECE_STORED = PLASTIC_COLUMNS
+"""Column of a piece behind those of `plastic_law`: the work of loading a virgin surface up to its start, over
+N_Y·δ_Y."""
+YIELD_COLUMNS = PIECE_STORED + 1
 
 # Tables of the contact geometry: each a polynomial of degree 5 in a cell.
 TABLE_LIFT, TABLE_PLACE, TABLE_RADIUS, ROOT_CONSTANT, ALONG, ACROSS, SPIN, SPIN_MOMENT, SLENDER = range(9)
@@ -60,7 +68,7 @@ TABLE_TERMS = TABLE_DEGREE + 1
 TREAD, FLANGE = range(2)
 SATURATION_CELLS = 64
 
-# Columns of a row of steps; the pieces of the elements follow.
+# Columns of a row of steps; the pieces of the elements follow, then the stretches of the treads' laws if they yield.
 STEP_TIME, STEP_LENGTH, STEP_CLOSED, STEP_ELEMENTS = range(4)
 
 # Numbers of the rails that give way: when the macro step began, its length in s, Gauss nodes, fours of wheelsets, and
@@ -105,7 +113,9 @@ class Assembly(NamedTuple):
     saturation
         (SATURATION_CELLS, TERMS): saturation·(1 + q) over q/(1 + q), q = F/(μ·N).
     pieces
-        (pieces, PIECE_COLUMNS): all paths, over the distance travelled; FACTOR is that of C^(1/3).
+        (pieces, PIECE_COLUMNS): all paths, over the distance travelled; FACTOR is that of C^(1/3). Where treads yield
+        (pieces, MARKED_COLUMNS): FACTOR is then that of the elastic force, and RESIDUAL and BEARS tell what earlier
+        wheels have left.
     spans, sources, columns
         Accelerations of body i are the sum over c in spans[i]:spans[i + 1] of columns[8·c : 8·c + 8]·w[sources[c]].
     mobility
@@ -131,6 +141,9 @@ class Assembly(NamedTuple):
     yields, thrusts
         Of rigid sliders: the acceleration of each by a unit force of each, and that of all motions, (rigid, rigid) and
         (rigid, bodies·LANES).
+    law
+        Pieces of the treads' elastic-plastic law, (pieces, YIELD_COLUMNS), lengths over δ_Y and forces over N_Y; none
+        where they do not yield.
     """
 
     numbers: FloatArray
@@ -159,18 +172,25 @@ class Assembly(NamedTuple):
     sliders: FloatArray = np.zeros((0, SLIDER_COLUMNS))
     yields: FloatArray = np.zeros((0, 0))
     thrusts: FloatArray = np.zeros((0, 0))
+    law: FloatArray = np.zeros((0, YIELD_COLUMNS))
+
+    @property
+    def stretch_columns(self) -> int:
+        """Number of columns of a step that tell the stretches of the treads' laws."""
+        return int(self.numbers[TREADS]) * LANES if len(self.law) else 0
 
 
 # Where the arrays begin in the two flat ones that the kernels read (a kernel that takes many arrays spends more time on
 # counting their references than on mechanics), and how many there are of some of them. LAWS is the number of elements
-# with corners, RIGID_FROM that of all but rigid sliders; AT_HOLDS is scratch memory (sliders.py).
+# with corners, RIGID_FROM that of all but rigid sliders; AT_HOLDS is scratch memory (sliders.py). PIECE_WIDTH is the
+# number of columns of a piece of a path. Pieces stand last, since new ones may be longer.
 (
     AT_CELLS, CELLS_EACH, AT_SATURATION, AT_PIECES, AT_COLUMNS, AT_MOBILITY, AT_FORCE_COLUMNS, AT_LOADS, AT_WEIGHTS,
     AT_CORNERS, AT_INSIDE, AT_LANES, AT_SPANS, AT_INDEX, AT_FORCE_SPANS, AT_FORCE_INDEX, AT_ELEMENT_SPANS,
     AT_ELEMENT_INDEX, AT_ELEMENT_CORNERS, AT_KINDS, BODIES, AT_RAILS, AT_SLIDERS, AT_YIELDS, AT_THRUSTS, AT_HOLDS,
-    LAWS, RIGID_FROM,
-) = range(28)  # fmt: skip
-HEADER = 28
+    LAWS, RIGID_FROM, PIECE_WIDTH,
+) = range(29)  # fmt: skip
+HEADER = 29
 HOLD_ROWS = 4
 """Rows of scratch memory of rigid sliders beside the matrix that is held there."""
 
@@ -184,12 +204,12 @@ class FlatAssembly(NamedTuple):
 
 def flattened_assembly(assembly: Assembly) -> FlatAssembly:
     """Return an assembly as the kernels read it."""
-    data: list[FloatArray] = [assembly.numbers]
+    data: list[FloatArray] = [assembly.numbers, assembly.law.ravel()]
     header, rigid = np.zeros(HEADER, dtype=np.int64), len(assembly.yields)
     plan: list[IntArray] = [header]
     places = {}
     floats = {
-        AT_CELLS: assembly.cells, AT_SATURATION: assembly.saturation, AT_PIECES: assembly.pieces,
+        AT_CELLS: assembly.cells, AT_SATURATION: assembly.saturation,
         AT_COLUMNS: assembly.columns, AT_MOBILITY: assembly.mobility, AT_FORCE_COLUMNS: assembly.force_columns,
         AT_LOADS: assembly.loads, AT_WEIGHTS: assembly.element_weight, AT_CORNERS: assembly.corners,
         AT_LANES: assembly.lanes, AT_SLIDERS: assembly.sliders, AT_YIELDS: assembly.yields,
@@ -212,8 +232,18 @@ def flattened_assembly(assembly: Assembly) -> FlatAssembly:
     if assembly.rails.size:
         header[AT_RAILS] = sum(len(part) for part in data)
         data.append(assembly.rails)
+    header[AT_PIECES] = sum(len(part) for part in data)
+    data.append(assembly.pieces.ravel())
+    header[PIECE_WIDTH] = assembly.pieces.shape[1]
     header[CELLS_EACH] = assembly.cells.shape[1]
     header[BODIES] = len(assembly.spans) - 1
     header[LAWS] = len(assembly.element_inside) - len(assembly.sliders)
     header[RIGID_FROM] = len(assembly.element_inside) - rigid
     return FlatAssembly(np.concatenate(data), np.concatenate(plan))
+
+
+def with_paths(flat: FlatAssembly, lanes: FloatArray, pieces: FloatArray) -> FlatAssembly:
+    """Return a flattened assembly, as it is now, with other paths."""
+    data = np.concatenate([flat.data[: flat.plan[AT_PIECES]], pieces.ravel()])
+    data[flat.plan[AT_LANES] : flat.plan[AT_LANES] + lanes.size] = lanes.ravel()
+    return FlatAssembly(data, flat.plan)

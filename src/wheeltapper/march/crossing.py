@@ -192,13 +192,15 @@ def _brief_touch(before: float, x: float, depth: float, grip: float, lane: int, 
 
 
 @kernel
-def first_change(lane: int, sign: float, span: Span) -> float:
-    """Return the first place at which a contact changes: sign·δ falls through zero; 2 where it does not.
+def first_change(lane: int, row: int, sign: float, span: Span) -> float:
+    """Return the first place at which a contact changes: sign·(a row) falls through zero; 2 where it does not.
 
-    Where the force depends on the rate of δ, what has its sign stands for δ.
+    The row is that of δ, or of the distance to a border of the law. Where the force depends on the rate of δ, what has
+    its sign stands for δ.
     """
     lossy = is_lossy(span.data)
-    row = ROW_HOLD if lossy else ROW_DELTA
+    if lossy:
+        row = ROW_HOLD
     before, f_before = 0.0, 0.0
     depth, grip = _both_at(0.0, lane, span) if lossy and sign < 0.0 else (0.0, 0.0)
     best, f_best = 1.0, np.inf

@@ -26,6 +26,12 @@ def is_lossy(data: FloatArray) -> bool:
 
 
 @kernel
+def is_plastic(data: FloatArray) -> bool:
+    """Return True where treads may yield: then their forces have kinks, at which steps end."""
+    return bool(data[asm.CONTACT_LAW] == asm.PLASTIC)
+
+
+@kernel
 def time_aside(data: FloatArray) -> float:
     """Return how far both states are away, s."""
     return ASIDE * data[asm.PULSE]

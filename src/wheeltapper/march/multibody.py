@@ -18,14 +18,26 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march import passing, searching, sliders, sliding, telling
 from wheeltapper.march.assembly import LANES
 from wheeltapper.march.crossing import Span
-from wheeltapper.march.growths import find_growths, is_lossy
+from wheeltapper.march.growths import find_growths, is_lossy, is_plastic
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import DONE, FULL, NOT_FINITE, SOFT, STALLED, TOO_MANY_EVENTS, FloatArray, IntArray
 from wheeltapper.march.rates import rates
+from wheeltapper.march.remembering import Laying, Paths, WagonMemory, change_paths, log_first_yields
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, error
-from wheeltapper.march.wheel_rows import DELTA_RATE, GRIP, GRIP_RATE, OCTET_ROWS, ROW_DELTA, ROW_U
+from wheeltapper.march.wheel_rows import (
+    DELTA_RATE,
+    GRIP,
+    GRIP_RATE,
+    OCTET_ROWS,
+    ROW_DELTA,
+    ROW_U,
+    STRETCH,
+    TO_LOWER_RATE,
+    TO_UPPER,
+    TO_UPPER_RATE,
+)
 
 BEYOND = 1.02
 """Ratio of the length of a shortened step to the time of a contact's change. A step that would go far beyond the change
@@ -82,12 +94,15 @@ def march_kernel(
     y, spare, P = np.empty(n), np.empty(n), np.ones(DENSE_STAGES)
     tolerance, end = data[asm.STEP_TOLERANCE], data[asm.RUN_END]
     lanes = kept.shape[1]
-    lossy = is_lossy(data)
+    lossy, plastic = is_lossy(data), is_plastic(data)
+    elements, treads = pieces.shape[0], int(data[asm.TREADS])
     while True:
         t = S[passing.RUN_TIME]
         if t >= end:
             return DONE
-        missing = max(S[passing.RUN_EVENTS] + lanes - len(events), S[passing.RUN_PEAKS] + 2.0 * lanes - len(peaks))
+        missing = max(
+            S[passing.RUN_EVENTS] + 2.0 * lanes - len(events), S[passing.RUN_PEAKS] + 2.0 * lanes - len(peaks)
+        )  # fmt: skip
         if max(missing, S[passing.RUN_STEPS] + 2.0 - len(steps)) > 0.0:
             return FULL
         if S[passing.RUN_EVENTS] >= data[asm.MOST_EVENTS]:
@@ -109,6 +124,8 @@ def march_kernel(
         h = min(h, BEYOND * searching.time_to_change(BEYOND * h, wheels, K[FIRST_STAGE]))
         if lossy:
             h = min(h, BEYOND * searching.time_to_release(BEYOND * h, wheels))
+        if plastic:
+            h = min(h, BEYOND * searching.time_to_border(BEYOND * h, data, wheels, K[FIRST_STAGE]))
         growth = GROW
         while True:
             stops = t + 1.01 * h >= until
@@ -131,7 +148,7 @@ def march_kernel(
         if lossy:
             find_growths(t + h, data, plan, y, K[STAGES], wheels)
         # -- the first event in it
-        contact, element, passed = -1, -1, -1
+        contact, element, passed, row_of_event = -1, -1, -1, ROW_DELTA
         is_dense = searching.mark_changes(h, data, plan, y, wheels, pieces, kept)
         if sliding.mark_sliders(h, data, plan, w, y, K[FIRST_STAGE], K[STAGES], pieces):
             is_dense = True
@@ -139,7 +156,7 @@ def march_kernel(
             dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
             S[passing.RATES_USED] += DENSE_STAGES - STAGES - 1.0
             span = Span(t, h, data, plan, w, F, spare, wheels, pieces, Q, K[DENSE_STAGES - 1])
-            at, contact, element, passed = searching.first_event(y, pieces, kept, span)
+            at, contact, element, passed, row_of_event = searching.first_event(y, pieces, kept, span)
             if at <= 1.0:
                 stops = False
                 h = max(h * at, SHORTEST_TO_EVENT * t)
@@ -152,7 +169,7 @@ def march_kernel(
             else:
                 contact_forces(t + h, data, plan, y, wheels)
         # -- the maxima of normal forces in it
-        if searching.mark_maxima(h, contact, lossy, wheels, kept):
+        if searching.mark_maxima(h, contact if row_of_event == ROW_DELTA else -1, lossy, wheels, kept):
             if not is_dense:
                 dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
                 S[passing.RATES_USED] += DENSE_STAGES - STAGES - 1.0
@@ -165,12 +182,18 @@ def march_kernel(
         S[passing.RUN_STEPS] += 1.0
         steps[row, asm.STEP_TIME] = t
         steps[row, asm.STEP_CLOSED] = passing.closed_contacts(wheels)
-        steps[row, asm.STEP_ELEMENTS :] = pieces
+        steps[row, asm.STEP_ELEMENTS : asm.STEP_ELEMENTS + elements] = pieces
+        if plastic:
+            for o in range(treads):
+                for i in range(LANES):
+                    steps[row, asm.STEP_ELEMENTS + elements + o * LANES + i] = wheels[o, STRETCH + i]
         states[row] = w
         now = until if stops else t + h
         if contact >= 0:  # the rest of the way to δ = 0, along the tangent, or to where the force would pull
             place = contact % LANES
-            value, pace = ROW_DELTA + place, DELTA_RATE + place
+            value, pace = row_of_event + place, DELTA_RATE + place
+            if row_of_event != ROW_DELTA:
+                pace = place + (TO_UPPER_RATE if row_of_event == TO_UPPER else TO_LOWER_RATE)
             near = wheels[contact // LANES, value]
             if lossy and data[asm.STATIC_INDENTATION] * wheels[contact // LANES, GRIP + place] < near:
                 value, pace = GRIP + place, GRIP_RATE + place
@@ -193,6 +216,8 @@ def march_kernel(
         # -- go on
         if contact >= 0:
             passing.switch_contacts(now, data, wheels, events, S)
+            if plastic:
+                passing.switch_stretches(now, data, wheels, events, S)
             S[passing.ANEW] = 1.0
         if element >= 0:
             if element < plan[asm.LAWS]:
@@ -205,6 +230,8 @@ def march_kernel(
             if hardest != SOFT:
                 passing.switch_contacts(now, data, wheels, events, S)
                 contact_forces(now, data, plan, w, wheels)  # a contact that a jump has closed presses at once
+                if plastic and passing.switch_stretches(now, data, wheels, events, S):
+                    contact_forces(now, data, plan, w, wheels)
                 S[passing.ANEW] = 1.0
             if lossy:  # the rate of the force jumps even where the path has no kink
                 rates(now, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], True)
@@ -227,8 +254,7 @@ def probe_kernel(
     S = np.empty(passing.RUN_CARRIED)
     passing.start_kernel(data, plan, start, w, wheels, pieces, S)
     for row in range(states.shape[0]):
-        contact_forces(0.0, data, plan, states[row], wheels)
-        passing.close_contacts(data, wheels)
+        passing.press_at_rest(0.0, data, plan, states[row], wheels)
         rates(0.0, data, plan, states[row], wheels, pieces, Q, out[row], True)
 
 
@@ -268,13 +294,20 @@ class MultibodyMarch(NamedTuple):
     evaluations: int
     """Number of computations of the rates."""
     rails: RailLog = RIGID
+    paths: Paths | None = None
+    """Where wheels leave marks for others: the paths as they were in the end."""
+
+    def paved(self, A: asm.Assembly) -> asm.Assembly:
+        """Return an assembly on the paths of this march."""
+        return A if self.paths is None else A._replace(lanes=self.paths.lanes, pieces=self.paths.pieces)
 
 
 def work_for(A: asm.Assembly, rows: int = 1024) -> Work:
     """Return room for the first steps."""
     n, octets, elements = len(A.start), len(A.kinds), len(A.element_inside)
+    columns = asm.STEP_ELEMENTS + elements + A.stretch_columns
     return Work(
-        np.zeros(n), np.zeros((octets, OCTET_ROWS)), np.zeros(elements), np.zeros((rows, asm.STEP_ELEMENTS + elements)),
+        np.zeros(n), np.zeros((octets, OCTET_ROWS)), np.zeros(elements), np.zeros((rows, columns)),
         np.empty((rows, n)), np.empty((rows, 4)), np.empty((rows, 4)), np.zeros((DENSE_STAGES, n)),
         np.zeros((POWERS, n)), np.zeros(len(A.loads)), np.zeros((searching.KEPT, octets * LANES)),
         np.zeros(passing.RUN_CARRIED),
@@ -300,20 +333,32 @@ def start_rates(A: asm.Assembly, states: FloatArray) -> tuple[FloatArray, FloatA
     return out, work.wheels
 
 
-def march(A: asm.Assembly, tell: telling.Tell = telling.report_nothing) -> MultibodyMarch:
-    """March a vehicle from its start to its end."""
-    flat, work = asm.flattened_assembly(A), work_for(A)
+def march(
+    A: asm.Assembly, tell: telling.Tell = telling.report_nothing, memory: WagonMemory | None = None
+) -> MultibodyMarch:  # fmt: skip
+    """March a vehicle from its start to its end; with a memory wheels meet the marks of those before them."""
+    flat, work, laying = asm.flattened_assembly(A), work_for(A), Laying(memory, A)
     passing.start_kernel(*flat, A.start, work.w, work.wheels, work.pieces, work.S)
+    log_first_yields(work)
     while True:
+        flat.data[asm.RUN_END] = laying.until
         room = work.steps[: int(work.S[passing.RUN_STEPS]) + telling.WAGON_CHUNK]
         status = march_kernel(*flat, A.scales, *work._replace(steps=room))
-        steps, events, peaks = work.S[[passing.RUN_STEPS, passing.RUN_EVENTS, passing.RUN_PEAKS]].astype(int)
-        if status != FULL or tell(float(work.S[passing.RUN_TIME])):
-            return MultibodyMarch(
-                status, work.steps[:steps], work.states[:steps], work.events[:events], work.peaks[:peaks],
-                float(work.S[passing.RUN_TIME]), work.w, int(work.S[passing.RATES_USED]),
-            )  # fmt: skip
+        if laying.goes_on(status):
+            flat = laying.lay(found_so_far(status, work), flat)
+            change_paths(*flat, work.w, work.wheels, work.events, work.peaks, work.kept, work.S)
+        elif status != FULL or tell(float(work.S[passing.RUN_TIME])):
+            return found_so_far(status, work)._replace(paths=laying.paths)
         work = grown_work(work)
+
+
+def found_so_far(status: int, work: Work) -> MultibodyMarch:
+    """Return what a march has found so far."""
+    steps, events, peaks = work.S[[passing.RUN_STEPS, passing.RUN_EVENTS, passing.RUN_PEAKS]].astype(int)
+    return MultibodyMarch(
+        status, work.steps[:steps], work.states[:steps], work.events[:events], work.peaks[:peaks],
+        float(work.S[passing.RUN_TIME]), work.w, int(work.S[passing.RATES_USED]),
+    )  # fmt: skip
 
 
 def grown_work(work: Work) -> Work:
@@ -322,6 +367,6 @@ def grown_work(work: Work) -> Work:
     lanes = work.kept.shape[1]
     return work._replace(
         steps=telling.grown_table(work.steps, steps), states=telling.grown_table(work.states, steps),
-        events=telling.grown_table(work.events, events, 2 * lanes),
+        events=telling.grown_table(work.events, events, 3 * lanes),
         peaks=telling.grown_table(work.peaks, peaks, 3 * lanes),
     )  # fmt: skip

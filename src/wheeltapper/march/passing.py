@@ -6,9 +6,11 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march import program as contract
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import LANES
+from wheeltapper.march.contact_laws import yield_law
 from wheeltapper.march.crossing import corner_at
-from wheeltapper.march.growths import is_lossy
+from wheeltapper.march.growths import is_lossy, is_plastic
 from wheeltapper.march.kernel import kernel
+from wheeltapper.march.plastic_law import stretch_of
 from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.sliders import deflection, enter_holds
@@ -19,6 +21,8 @@ RUN_TIME, NEXT_LENGTH, ANEW, RUN_STEPS, RUN_EVENTS, RUN_PEAKS, RATES_USED, RUN_I
 RUN_CARRIED = 8
 SAME = 1e-12
 """Distance to their change, in static indentations, below which contacts change together with another one."""
+MOST_STRETCHES = 8
+"""Attempts at most to find the stretches in which contacts stand."""
 FIRST_STEP = 0.03
 """Length of the first step after an event, in radians of phase."""
 
@@ -83,6 +87,64 @@ def switch_contacts(t: float, data: FloatArray, wheels: FloatArray, events: Floa
 
 
 @kernel
+def switch_stretches(t: float, data: FloatArray, wheels: FloatArray, events: FloatArray, S: FloatArray) -> bool:
+    """Go over to the next stretches of the laws of all contacts that are at a border; return True if there are any.
+
+    Upwards from the first stretch is the event of yield.
+    """
+    changed = False
+    numbers, table = yield_law(data)
+    near = SAME * data[asm.STATIC_INDENTATION]
+    for o in range(int(data[asm.TREADS])):
+        L = wheels[o]
+        for i in range(LANES):
+            before, delta = L[wheel.STRETCH + i], L[wheel.ROW_DELTA + i]
+            left, bears = L[wheel.LEFT + i], L[wheel.BEARS + i]
+            after = before
+            if L[wheel.ON + i] == 0.0:
+                after = 0.0
+            elif _side(L[wheel.TO_UPPER + i], near, L[wheel.TO_UPPER_RATE + i]) < 0.0:
+                after = max(stretch_of(delta + 2.0 * near, left, bears, numbers, table), before + 1.0)
+            elif _side(L[wheel.TO_LOWER + i], near, L[wheel.TO_LOWER_RATE + i]) < 0.0:
+                after = min(stretch_of(delta - 2.0 * near, left, bears, numbers, table), before - 1.0)
+            if after != before:
+                changed = True
+                L[wheel.STRETCH + i] = after
+                if before == 0.0:
+                    _log_event(t, contract.YIELD, o * LANES + i, L[wheel.DELTA_RATE + i], events, S)
+    return changed
+
+
+@kernel
+def find_stretches(data: FloatArray, wheels: FloatArray) -> bool:
+    """Find the stretches of the laws of all contacts from their indentations; return True if any changes."""
+    changed = False
+    numbers, table = yield_law(data)
+    for o in range(int(data[asm.TREADS])):
+        L = wheels[o]
+        for i in range(LANES):
+            stretch = 0.0
+            if L[wheel.ON + i] != 0.0:
+                stretch = stretch_of(L[wheel.ROW_DELTA + i], L[wheel.LEFT + i], L[wheel.BEARS + i], numbers, table)
+            if stretch != L[wheel.STRETCH + i]:
+                changed = True
+            L[wheel.STRETCH + i] = stretch
+    return changed
+
+
+@kernel
+def press_at_rest(t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray) -> None:
+    """Compute what presses in a state with all contacts that overlap closed, each on the stretch of its law."""
+    contact_forces(t, data, plan, w, wheels)
+    close_contacts(data, wheels)
+    if is_plastic(data):
+        for _ in range(MOST_STRETCHES):  # on rails that give way the indentation depends on the stretch
+            contact_forces(t, data, plan, w, wheels)
+            if not find_stretches(data, wheels):
+                break
+
+
+@kernel
 def next_break(data: FloatArray, t: float, wheels: FloatArray) -> float:
     """Return the time of the next breakpoint of any path, or at which the next wheel enters or leaves the deck."""
     until = data[asm.RUN_END]
@@ -102,7 +164,7 @@ def next_break(data: FloatArray, t: float, wheels: FloatArray) -> float:
 def pass_breaks(t: float, data: FloatArray, plan: IntArray, wheels: FloatArray) -> float:
     """Go over to the next pieces of the paths that end here, and on and off the deck; return the hardest join."""
     hardest = 0.0
-    pieces = plan[asm.AT_PIECES]
+    pieces, width = plan[asm.AT_PIECES], plan[asm.PIECE_WIDTH]
     for o in range(wheels.shape[0]):
         L = wheels[o]
         for i in range(LANES):
@@ -112,11 +174,11 @@ def pass_breaks(t: float, data: FloatArray, plan: IntArray, wheels: FloatArray) 
                 piece = int(L[wheel.ROW_PIECE + i])
                 if piece < L[asm.LAST_PIECE * LANES + i]:
                     L[wheel.ROW_PIECE + i] = piece + 1
-                    hardest = max(hardest, data[pieces + (piece + 1) * contract.PIECE_COLUMNS + contract.JOIN])
+                    hardest = max(hardest, data[pieces + (piece + 1) * width + contract.JOIN])
                 else:
                     back = int(L[asm.PATH_LOOP * LANES + i])
-                    ended = data[pieces + piece * contract.PIECE_COLUMNS + contract.STOP]
-                    L[wheel.ROW_SHIFT + i] += ended - data[pieces + back * contract.PIECE_COLUMNS + contract.START]
+                    ended = data[pieces + piece * width + contract.STOP]
+                    L[wheel.ROW_SHIFT + i] += ended - data[pieces + back * width + contract.START]
                     L[wheel.ROW_PIECE + i] = back
                     hardest = max(hardest, L[asm.PATH_LOOP_JOIN * LANES + i])
                 set_piece(i, data, plan, L)
@@ -149,8 +211,7 @@ def start_kernel(
             wheels[o, wheel.CURVE_CELL + i] = -1.0
             set_piece(i, data, plan, wheels[o])
     pass_breaks(0.0, data, plan, wheels)
-    contact_forces(0.0, data, plan, w, wheels)
-    close_contacts(data, wheels)
+    press_at_rest(0.0, data, plan, w, wheels)
     pieces[:] = asm.STICKS
     enter_holds(data, plan, pieces)
     for element in range(plan[asm.LAWS]):
@@ -188,7 +249,7 @@ def closed_contacts(wheels: FloatArray) -> float:
 
 @kernel
 def _log_event(t: float, kind: int, lane: int, rate: float, events: FloatArray, S: FloatArray) -> None:
-    """Log a loss of contact or an impact."""
+    """Log a loss of contact, an impact, or a yield."""
     row = int(S[RUN_EVENTS])
     events[row, contract.EVENT_TIME] = t
     events[row, contract.EVENT_KIND] = kind

@@ -28,7 +28,7 @@ import numpy as np
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import HALF, LANES
-from wheeltapper.march.contact_laws import grip_of, push
+from wheeltapper.march.contact_laws import grip_of, measure_borders, push, yield_growth
 from wheeltapper.march.kernel import inlined_kernel, kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
@@ -258,10 +258,13 @@ def press_rails(rated: bool, data: FloatArray, plan: IntArray, wheels: FloatArra
     """Correct indentations, forces and, if `rated`, their rates by what the present forces do to the rails."""
     if data[asm.CONTACT_LAW] == asm.HERTZIAN:
         _press_once(rated, None, data, plan, wheels)
-    elif data[asm.CONTACT_LAW] == asm.STRAIGHT:
-        _press_once(rated, data, data, plan, wheels)
-    else:
+    elif data[asm.CONTACT_LAW] == asm.LOSSY:
         _press_by_rates(data, plan, wheels)
+    else:
+        _press_once(rated, data, data, plan, wheels)
+        if data[asm.CONTACT_LAW] == asm.PLASTIC:
+            for o in range(int(data[asm.TREADS])):
+                measure_borders(data, wheels[o])
 
 
 @kernel
@@ -370,6 +373,8 @@ def _growths(i: int, law: FloatArray | None, L: FloatArray) -> tuple[float, floa
     if law is None:
         return 3.0 * n * n * root * growth, 1.5 * n * c * c * L[wheel.ON + i]
     else:  # noqa: RET505 - Numba prunes whole branches only
+        if law[asm.CONTACT_LAW] == asm.PLASTIC:
+            return yield_growth(i, law, L)
         force, steep = push(i, L[wheel.ROW_DELTA + i], law, L)
         return 3.0 * force * growth / c, steep
 

@@ -10,9 +10,10 @@ import numpy as np
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import LANES, PLACES, TO_RATE
+from wheeltapper.march.contact_laws import yield_energy
 from wheeltapper.march.crossing import corner_at, depends_on_rate
 from wheeltapper.march.dense import BEGINS, FINISHES
-from wheeltapper.march.growths import find_growths, is_lossy
+from wheeltapper.march.growths import find_growths, is_lossy, is_plastic
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import MultibodyMarch, work_for
 from wheeltapper.march.passing import RUN_CARRIED, enable_flanges, pass_breaks, start_kernel
@@ -49,6 +50,10 @@ def _repeat_step(
             closed = np.floor(closed / 2.0)
     for element in range(pieces.shape[0]):
         pieces[element] = steps[row, asm.STEP_ELEMENTS + element]
+    if is_plastic(data):
+        for o in range(int(data[asm.TREADS])):
+            for i in range(LANES):
+                wheels[o, wheel.STRETCH + i] = steps[row, asm.STEP_ELEMENTS + pieces.shape[0] + o * LANES + i]
     enter_holds(data, plan, pieces)
     w[:] = states[row]
     contact_forces(t, data, plan, w, wheels)
@@ -122,7 +127,20 @@ def _stored_force(i: int, data: FloatArray, L: FloatArray) -> float:
 @kernel
 def _contact_energy(i: int, data: FloatArray, L: FloatArray) -> float:
     """Return the elastic energy of a contact."""
+    if is_plastic(data):
+        stored, _ = yield_energy(i, data, L)
+        return stored * L[wheel.ON + i]
     return _share_of_work(data) * _stored_force(i, data, L) * L[wheel.ROW_DELTA + i]
+
+
+@kernel
+def _energy_growth(i: int, stored: float, data: FloatArray, L: FloatArray) -> float:
+    """Return how the elastic energy of a contact, whose elastic force is given, grows at a constant indentation, W."""
+    if is_plastic(data):
+        _, growth = yield_energy(i, data, L)
+        return growth
+    growth = L[wheel.BULGE_RATE + i] / L[wheel.BULGE + i] + L[wheel.ROOT_C_RATE + i] / L[wheel.ROOT_C + i]
+    return 3.0 * _share_of_work(data) * stored * L[wheel.ROW_DELTA + i] * growth
 
 
 @kernel
@@ -131,7 +149,7 @@ def _released_energy(data: FloatArray, wheels: FloatArray) -> float:
     total = 0.0
     for o in range(wheels.shape[0]):
         for i in range(LANES):
-            if wheels[o, wheel.ON + i] == 0.0:
+            if wheels[o, wheel.ON + i] == 0.0 and not is_plastic(data):
                 total += _contact_energy(i, data, wheels[o])
     return total
 
@@ -184,8 +202,7 @@ def _write_powers(
                 path_rate -= L[wheel.ROW_ON_DECK + i] * w[deck * PLACES + asm.MOTION_Z + TO_RATE]
             out[PATH_POWER] += n * path_rate
             out[RAIL_POWER] += n * L[wheel.RAIL_RATE + i]
-            growth = L[wheel.BULGE_RATE + i] / L[wheel.BULGE + i] + L[wheel.ROOT_C_RATE + i] / L[wheel.ROOT_C + i]
-            out[SHAPE_POWER] += 3.0 * _share_of_work(data) * stored * L[wheel.ROW_DELTA + i] * growth
+            out[SHAPE_POWER] += _energy_growth(i, stored, data, L)
             if lossy:
                 out[MATERIAL_POWER] += (n - stored) * L[wheel.DELTA_RATE + i]
             if data[asm.CREEP] == asm.NO_CREEP:
@@ -287,6 +304,7 @@ def energy_kernel(
 
 def replay(A: asm.Assembly, march: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
     """Return states and rates (times, states) and some rows of the contacts (times, rows, lanes) at rising times."""
+    A = march.paved(A)
     work, rails = work_for(A, 1), march.rails
     out = np.empty((len(times), len(A.start)))
     out_rates = np.empty_like(out)
@@ -300,6 +318,7 @@ def replay(A: asm.Assembly, march: MultibodyMarch, times: FloatArray, rows: IntA
 
 def works(A: asm.Assembly, march: MultibodyMarch, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
     """Return what `energy_kernel` writes."""
+    A = march.paved(A)
     nodes, weights = np.polynomial.legendre.leggauss(WORK_NODES)
     work, rails = work_for(A, 1), march.rails
     count = len(march.steps)

@@ -104,7 +104,8 @@ ENDED_WHEEL = Marcher(
 WAGON = Marcher(
     "the wagon's march",
     frozenset({
-        SEVERAL_BODIES, DECK, DECK_ENDS, CREEP, PROFILES, PLACES, IRREGULARITY, POINT, LINEAR, HYSTERESIS, START,
+        SEVERAL_BODIES, DECK, DECK_ENDS, CREEP, PROFILES, PLACES, IRREGULARITY, POINT, LINEAR, HYSTERESIS, YIELDING,
+        START,
     }),
     frozenset({SEVERAL_BODIES}),
 )  # fmt: skip
@@ -112,7 +113,7 @@ WAGON_ON_RAILS = Marcher(
     "the wagon's march on rails",
     frozenset({
         SEVERAL_BODIES, FLEXIBLE_TRACK, ANOMALY, CREEP, PROFILES, PLACES, IRREGULARITY, POINT, LINEAR, HYSTERESIS,
-        START,
+        YIELDING, START,
     }),
     frozenset({SEVERAL_BODIES, FLEXIBLE_TRACK}),
 )  # fmt: skip
@@ -190,7 +191,7 @@ class Question:
 
 
 _SITE, _SPOT = frozenset({DECK, IRREGULARITY}), frozenset({MEMORY})
-_STEADY = frozenset({START})
+_STEADY = frozenset({START, YIELDING})
 _ELASTIC = frozenset({OWN_LAW, LINEAR, BILATERAL, HYSTERESIS})
 SIMULATE = Question("simulate", "the motion with all its events", MARCHERS, others=())
 HISTORY = Question("history", "everything over time, and at any time", MARCHERS, others=())
@@ -223,12 +224,13 @@ COUPLED = Question(
 )
 SUPERPOSED = Question("coupled=False", "the same, each as if alone", WHEELS, _SPOT, _SITE, others=())
 WEAR_IN = Question(
-    "wear_in", "the evolution of a rail under many wheels", (YIELDING_WHEEL, GENERAL), _SPOT | _ELASTIC,
-    frozenset({POINT, YIELDING}),
+    "wear_in", "the evolution of a rail under many wheels", (YIELDING_WHEEL, GENERAL, WAGON, WAGON_ON_RAILS),
+    _SPOT | _ELASTIC, frozenset({POINT, YIELDING}),
 )  # fmt: skip
 MARKS = Question(
-    "marks", "the marks that a run leaves", (YIELDING_WHEEL, GENERAL), _SPOT | _ELASTIC, frozenset({YIELDING})
-)
+    "marks", "the marks that a run leaves", (YIELDING_WHEEL, GENERAL, WAGON, WAGON_ON_RAILS), _SPOT | _ELASTIC,
+    frozenset({YIELDING}),
+)  # fmt: skip
 MODES = Question("modes", "small vibrations about the steady run", (WAGON,), _STEADY)
 CRITICAL_SPEED = Question("critical_speed", "where hunting begins", (WAGON,), _STEADY, frozenset({CREEP}))
 REDUCED = Question("reduced", "the core model of one wheelset of a wagon", (WAGON,), _STEADY)
@@ -323,7 +325,9 @@ def _kernel_module(program: Program | Assembly | Task) -> Any:
     return import_module(f"wheeltapper.march.{_MODULES.get(type(program).__name__, 'single')}")
 
 
-_MODULES = {"Task": "general.task", "Assembly": "multibody", "OnRails": "rails.march"}
+_MODULES = {
+    "Task": "general.task", "Assembly": "multibody", "OnRails": "rails.march", "OverMarks": "remembering"
+}  # fmt: skip
 """Modules of the marches, by what they take; all else is a wheelset's."""
 
 

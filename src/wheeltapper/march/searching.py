@@ -1,26 +1,31 @@
 """Events within a step of a vehicle: contacts that may change, the first of them, and maxima of forces.
 
 `kept` (KEPT, lanes) holds each contact's indentation, its rate, the normal force's rate and the force at the step's
-start, and a mark.
+start, and a mark; of contacts that may yield also how far they are from the borders of their stretch, with marks.
 """
 
 from __future__ import annotations
 
 from math import sqrt
 
+import numpy as np
+
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import BODY, LANES, MOTION_Z, PLACES, ROLL, TO_RATE
 from wheeltapper.march.crossing import Span, at_place, corner_ahead, find_corner, find_fall, first_change, may_cross
-from wheeltapper.march.growths import is_lossy
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.growths import is_lossy, is_plastic
+from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.passing import SAME, log_peak
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.sliders import deflection, slider_number
 from wheeltapper.march.wheel_rows import ARM, AWAKE, DELTA_RATE, NORMAL, NORMAL_RATE, ON, ROW_DELTA, SIDES
 
 DELTAS, DELTA_RATES, GROWTHS, FORCES, MARKS, GRIPS, GRIP_RATES, TURNS = range(8)
-KEPT = 8
+UPPERS, UPPER_RATES, UPPER_MARKS, LOWERS, LOWER_RATES, LOWER_MARKS = range(8, 14)
+KEPT = 14
+BORDERS = ((UPPER_MARKS, wheel.TO_UPPER), (LOWER_MARKS, wheel.TO_LOWER))
+"""Marks of both borders of a stretch, and the rows of the distances to them."""
 SEARCH_NOISE = 1e-11
 """Relative growth of a force in a step up to which it counts as none."""
 QUIET_FORCE = 1e-7
@@ -42,6 +47,42 @@ def keep_contacts(wheels: FloatArray, kept: FloatArray) -> None:
             kept[MARKS, lane] = 0.0
             kept[GRIPS, lane] = L[wheel.GRIP + i]
             kept[GRIP_RATES, lane] = L[wheel.GRIP_RATE + i]
+            kept[UPPERS, lane] = L[wheel.TO_UPPER + i]
+            kept[UPPER_RATES, lane] = L[wheel.TO_UPPER_RATE + i]
+            kept[UPPER_MARKS, lane] = 0.0
+            kept[LOWERS, lane] = L[wheel.TO_LOWER + i]
+            kept[LOWER_RATES, lane] = L[wheel.TO_LOWER_RATE + i]
+            kept[LOWER_MARKS, lane] = 0.0
+
+
+@inlined_kernel
+def _time_to_zero(gap: float, rate: float, bend: float) -> float:
+    """Return when a positive gap with a rate and an acceleration becomes zero; infinity where it does not."""
+    inside = rate * rate - 2.0 * bend * gap
+    if gap <= 0.0 or inside <= 0.0:
+        return np.inf
+    root = sqrt(inside)
+    if rate < 0.0:
+        return 2.0 * gap / (root - rate)
+    return -(rate + root) / bend if bend < 0.0 else np.inf
+
+
+@kernel
+def time_to_border(longest: float, data: FloatArray, wheels: FloatArray, rates: FloatArray) -> float:
+    """Return the probable time at which the next contact comes to a border of its law; at most `longest`."""
+    soonest = longest
+    for o in range(int(data[asm.TREADS])):
+        L = wheels[o]
+        for i in range(LANES):
+            if L[ON + i] == 0.0:
+                continue
+            at = int(L[BODY * LANES + i]) * PLACES + TO_RATE
+            bend = rates[at + MOTION_Z] + L[SIDES + i] * L[ARM + i] * rates[at + ROLL]
+            if L[wheel.TO_UPPER + i] < np.inf:
+                soonest = min(soonest, _time_to_zero(L[wheel.TO_UPPER + i], L[wheel.TO_UPPER_RATE + i], bend))
+            if L[wheel.TO_LOWER + i] < np.inf:
+                soonest = min(soonest, _time_to_zero(L[wheel.TO_LOWER + i], L[wheel.TO_LOWER_RATE + i], -bend))
+    return soonest
 
 
 @kernel
@@ -57,17 +98,8 @@ def time_to_change(longest: float, wheels: FloatArray, rates: FloatArray) -> flo
                 continue
             sign = 2.0 * L[ON + i] - 1.0
             at = int(L[BODY * LANES + i]) * PLACES + TO_RATE
-            gap, rate = sign * L[ROW_DELTA + i], sign * L[DELTA_RATE + i]
             bend = -sign * (rates[at + MOTION_Z] + L[SIDES + i] * L[ARM + i] * rates[at + ROLL])
-            inside = rate * rate - 2.0 * bend * gap
-            if gap <= 0.0 or inside <= 0.0:
-                continue
-            root = sqrt(inside)
-            when = -1.0
-            if rate < 0.0:
-                when = 2.0 * gap / (root - rate)
-            elif bend < 0.0:
-                when = -(rate + root) / bend
+            when = _time_to_zero(sign * L[ROW_DELTA + i], sign * L[DELTA_RATE + i], bend)
             if when > 0.0:
                 soonest = min(soonest, when)
     return soonest
@@ -105,6 +137,27 @@ def _may_change(h: float, i: int, lane: int, indents: bool, near: float, L: Floa
 
 
 @kernel
+def _mark_borders(h: float, treads: int, wheels: FloatArray, kept: FloatArray) -> bool:
+    """Mark the contacts that may come to a border of their stretch within a step; return True if there are any."""
+    found = False
+    for o in range(treads):
+        L = wheels[o]
+        for i in range(LANES):
+            lane = o * LANES + i
+            if kept[UPPERS, lane] < np.inf and may_cross(
+                h, kept[UPPERS, lane], kept[UPPER_RATES, lane], L[wheel.TO_UPPER + i], L[wheel.TO_UPPER_RATE + i]
+            ):
+                kept[UPPER_MARKS, lane] = 1.0
+                found = True
+            if kept[LOWERS, lane] < np.inf and may_cross(
+                h, kept[LOWERS, lane], kept[LOWER_RATES, lane], L[wheel.TO_LOWER + i], L[wheel.TO_LOWER_RATE + i]
+            ):
+                kept[LOWER_MARKS, lane] = 1.0
+                found = True
+    return found
+
+
+@kernel
 def mark_changes(
     h: float, data: FloatArray, plan: IntArray, y: FloatArray, wheels: FloatArray, pieces: FloatArray, kept: FloatArray
 ) -> bool:
@@ -127,6 +180,8 @@ def mark_changes(
             if may:
                 kept[MARKS, lane] = 1.0
                 found = True
+    if is_plastic(data) and _mark_borders(h, int(data[asm.TREADS]), wheels, kept):
+        found = True
     for element in range(plan[asm.LAWS]):
         if corner_ahead(element, deflection(element, data, plan, y), data, plan, pieces) >= 0:
             found = True
@@ -134,19 +189,31 @@ def mark_changes(
 
 
 @kernel
-def first_event(y: FloatArray, pieces: FloatArray, kept: FloatArray, span: Span) -> tuple[float, int, int, int]:
-    """Return the place of the first event in a step (2 if there is none) and its contact, or its element and corner."""
+def first_event(y: FloatArray, pieces: FloatArray, kept: FloatArray, span: Span) -> tuple[float, int, int, int, int]:
+    """Return the place of the first event in a step (2 if there is none) and its contact, or its element and corner.
+
+    Last comes the row of the contact that falls through zero: of δ, or of the distance to a border of its law.
+    """
     at = 2.0
     contact = -1
+    row = ROW_DELTA
     element = -1
     passed = -1
     for lane in range(kept.shape[1]):
         if kept[MARKS, lane] != 0.0:
             kept[MARKS, lane] = 0.0
             sign = 2.0 * span.wheels[lane // LANES, ON + lane % LANES] - 1.0
-            place = first_change(lane, sign, span)
+            place = first_change(lane, ROW_DELTA, sign, span)
             if place < at:
                 at, contact = place, lane
+    if is_plastic(span.data):
+        for lane in range(LANES * int(span.data[asm.TREADS])):
+            for mark, gap in BORDERS:
+                if kept[mark, lane] != 0.0:
+                    kept[mark, lane] = 0.0
+                    place = first_change(lane, gap, 1.0, span)
+                    if place < at:
+                        at, contact, row = place, lane, gap
     for number in range(span.plan[asm.LAWS]):
         corner = corner_ahead(number, deflection(number, span.data, span.plan, y), span.data, span.plan, pieces)
         if corner >= 0:
@@ -158,10 +225,10 @@ def first_event(y: FloatArray, pieces: FloatArray, kept: FloatArray, span: Span)
             lane = kept.shape[1] + number
             place = 0.0  # where another event has just come before
             if at_place(0.0, lane, ROW_DELTA, span) > 0.0:
-                place = first_change(lane, 1.0, span)
+                place = first_change(lane, ROW_DELTA, 1.0, span)
             if place < at:
                 at, contact, element, passed = place, -1, number, 0
-    return at, contact, element, passed
+    return at, contact, element, passed, row
 
 
 @kernel

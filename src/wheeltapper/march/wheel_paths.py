@@ -16,8 +16,9 @@ from wheeltapper.march.program import FloatArray, IntArray
 def set_piece(lane: int, data: FloatArray, plan: IntArray, L: FloatArray) -> None:
     """Write the present piece of a lane's path as functions of time."""
     pieces = plan[asm.AT_PIECES]
-    own = pieces + int(L[wheel.ROW_PIECE + lane]) * contract.PIECE_COLUMNS
-    row = data[own : own + contract.PIECE_COLUMNS]
+    width = plan[asm.PIECE_WIDTH]
+    own = pieces + int(L[wheel.ROW_PIECE + lane]) * width
+    row = data[own : own + width]
     speed = data[asm.SPEED]
     L[wheel.ROW_UNTIL + lane] = np.inf
     L[wheel.CENTRE_TIME + lane] = 0.0
@@ -36,14 +37,43 @@ def set_piece(lane: int, data: FloatArray, plan: IntArray, L: FloatArray) -> Non
     L[wheel.DEGREE_FLAG] = 0.0
     L[wheel.WAVE_FLAG] = 0.0
     L[wheel.FACTOR_FLAG] = 0.0
+    if data[asm.CONTACT_LAW] == asm.PLASTIC:
+        _set_marks(lane, row, L)
     for i in range(LANES):
         if L[wheel.SIDES + i] != 0.0:
-            at = pieces + int(L[wheel.ROW_PIECE + i]) * contract.PIECE_COLUMNS
+            at = pieces + int(L[wheel.ROW_PIECE + i]) * width
             L[wheel.DEGREE_FLAG] = max(L[wheel.DEGREE_FLAG], data[at + contract.DEGREE])
             if data[at + contract.SINE] != 0.0 or data[at + contract.COSINE] != 0.0:
                 L[wheel.WAVE_FLAG] = 1.0
             if data[at + contract.FACTOR_DEGREE] >= 0.0:
                 L[wheel.FACTOR_FLAG] = 1.0
+
+
+@kernel
+def _set_marks(lane: int, row: FloatArray, L: FloatArray) -> None:
+    """Write what earlier wheels have left in the present piece of a lane's path as functions of time."""
+    for k in range(contract.MAX_DEGREE + 1):
+        L[wheel.LEFT_POLY + k * LANES + lane] = row[contract.RESIDUAL + k]
+        L[wheel.BEARS_POLY + k * LANES + lane] = row[contract.BEARS + k]
+    L[wheel.MARK_FLAG] = 0.0
+    for k in range(1, contract.MAX_DEGREE + 1):
+        for i in range(LANES):
+            if L[wheel.LEFT_POLY + k * LANES + i] != 0.0 or L[wheel.BEARS_POLY + k * LANES + i] != 0.0:
+                L[wheel.MARK_FLAG] = 1.0
+
+
+@kernel
+def evaluate_marks(t: float, L: FloatArray) -> None:
+    """Evaluate what earlier wheels have left at a time, and how fast it changes under the wheels."""
+    if L[wheel.MARK_FLAG] != 0.0:
+        _evaluate_polynomials(t, wheel.LEFT_POLY, wheel.LEFT, wheel.LEFT_RATE, L)
+        _evaluate_polynomials(t, wheel.BEARS_POLY, wheel.BEARS, wheel.BEARS_RATE, L)
+        return
+    for i in range(LANES):
+        L[wheel.LEFT + i] = L[wheel.LEFT_POLY + i]
+        L[wheel.LEFT_RATE + i] = 0.0
+        L[wheel.BEARS + i] = L[wheel.BEARS_POLY + i]
+        L[wheel.BEARS_RATE + i] = 0.0
 
 
 @kernel

@@ -49,9 +49,18 @@ rate that is a state, which follows late, and the time by which it does."""
 """Slip velocities, creep forces and moment, and the share of the linear resultant that remains."""
 (UX, UY, TURN_X, TURN_Y, PX, PY, SUM_X, SUM_Y) = _next_rows(8)
 """FASTSIM: scaled slips and spins, the traction where it has come to, and its sum."""
+(STRETCH, LEFT, LEFT_RATE, BEARS, BEARS_RATE) = _next_rows(5)
+"""Of a contact that may yield: the stretch of its law (0 where it is elastic), the residual indentation of the surface,
+and the indentation from there at which it yields, with their rates."""
+(TO_UPPER, TO_UPPER_RATE, TO_LOWER, TO_LOWER_RATE) = _next_rows(4)
+"""How far it is within that stretch, m, from its upper and from its lower border; infinite where there is none."""
+(LEFT_POLY, *_) = _next_rows(MAX_DEGREE + 1)
+(BEARS_POLY, *_) = _next_rows(MAX_DEGREE + 1)
+"""The present piece of both over time, as that of the path."""
 FLAGS = next(_ROWS)
-DEGREE_FLAG, WAVE_FLAG, FACTOR_FLAG, AWAKE = range(FLAGS, FLAGS + 4)
-"""Degree of the octet's polynomials, whether any lane has a wave or a factor, and whether it has to be computed."""
+DEGREE_FLAG, WAVE_FLAG, FACTOR_FLAG, AWAKE, MARK_FLAG = range(FLAGS, FLAGS + 5)
+"""Degree of the octet's polynomials, whether any lane has a wave or a factor, whether it has to be computed, and
+whether any lane has marks."""
 OCTET_ROWS = int(next(_ROWS))
 GATHERED = (
     (QY, asm.MOTION_Y), (QZ, asm.MOTION_Z), (QROLL, asm.ROLL), (QYAW, asm.YAW), (VX, TO_RATE + asm.MOTION_X),

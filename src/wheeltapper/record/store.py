@@ -176,7 +176,8 @@ def check_wear(data: Any) -> Any:
     for name in ("speed", "largest_force"):
         table(data, name, passes, ends=True)
     for name, along in (("height", "position"), ("permanent_indentation", "position"), ("amplitude", "wavelength")):
-        table(data, name, kept, data.sizes.get(along, -1))
+        sides = (len(SIDES[:2]),) if "side" in data.dims else ()
+        table(data, name, kept, *sides, data.sizes.get(along, -1))
     table(data, "position", data.sizes.get("position", -1))
     rising("kept", table(data, "kept", kept), passes)
     notes(data)

@@ -14,7 +14,8 @@ from wheeltapper.describe.creep import Fastsim
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.needs import FLEXIBLE_TRACK
+from wheeltapper.ground.needs import FLEXIBLE_TRACK, YIELDING
+from wheeltapper.ground.notes import Note
 from wheeltapper.lower.structure import structure_of
 from wheeltapper.lower.wagon import (
     DECK,
@@ -26,11 +27,13 @@ from wheeltapper.lower.wagon import (
     lower_wagon,
     started,
 )
+from wheeltapper.lower.wagon_marks import plastic_law
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import program, run, telling, wheel_rows
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
 from wheeltapper.march.multibody import MultibodyMarch
-from wheeltapper.record import balanced, creep_range, extent, stored, stored_rails, suspension, wagon_energy
+from wheeltapper.march.plastic_law import PIECE_STRETCH, PLASTIC_CONSTANT, PLASTIC_FIRST, PLASTIC_ONSET, PLASTIC_PIECES
+from wheeltapper.record import balanced, creep_range, extent, stored, stored_rails, suspension, wagon_energy, yielded
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.kinds import Kind, Variables
 from wheeltapper.record.stored import UNDAMAGED, check, check_whole, table
@@ -56,6 +59,7 @@ ROWS = {
     "normal": wheel_rows.NORMAL, "fx": wheel_rows.FX, "fy": wheel_rows.FY, "mz": wheel_rows.MZ, "g": wheel_rows.ROW_G,
     "slip_x": wheel_rows.SLIP_X, "slip_y": wheel_rows.SLIP_Y, "slip_turn": wheel_rows.SLIP_TURN,
     "delta": wheel_rows.ROW_DELTA, "path": wheel_rows.ROW_PATH, "u": wheel_rows.ROW_U, "rail": wheel_rows.ROW_RAIL,
+    "left": wheel_rows.LEFT,
 }  # fmt: skip
 """Quantities of a contact that a record reads, and their rows in the kernels' scratch memory."""
 
@@ -90,6 +94,14 @@ def _contacts(scenario: Scenario, lowered: LoweredWagon) -> Contacts:
     )  # fmt: skip
 
 
+def _beyond(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[Note, ...]:
+    """Return notes where a run went beyond its creep law, or beyond a plastic law."""
+    notes = creep_range.beyond_spin(scenario, lowered, march)
+    if YIELDING not in scenario.needs:
+        return notes
+    return (*notes, *yielded.beyond_law_of_wagon(scenario, lowered, march))
+
+
 def _free(contacts: Contacts, march: MultibodyMarch) -> NDArray[np.bool_]:
     closed = march.steps[:, [asm.STEP_CLOSED]]
     return np.asarray(np.floor(closed / 2.0**contacts.lanes) % 2.0 == 0.0)
@@ -101,8 +113,12 @@ def _sample(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch, ti
     found = np.moveaxis(found[:, :, _contacts(scenario, lowered).lanes], 1, 0)
     rows_of = dict(zip(ROWS, found, strict=True))
     touching = _wheel_variables(scenario, rows_of)
+    wheels = 2 * len(scenario.vehicle.axles)
+    if YIELDING in scenario.needs:
+        touching["permanent_indentation"] = yielded.permanent_of_wagon(
+            lowered.assembly, rows_of["delta"][:, :wheels], rows_of["left"][:, :wheels]
+        )
     if lowered.below is not None:
-        wheels = 2 * len(scenario.vehicle.axles)
         touching["rail_displacement"] = -rows_of["rail"][:, :wheels] - lowered.below.sinking.T.ravel()
     out: Variables = {name: (("time", "contact"), values) for name, values in touching.items()}
     shape = (len(times), len(lowered.layout.bodies), PLACES)
@@ -174,8 +190,8 @@ def _element_events(scenario: Scenario, lowered: LoweredWagon, march: MultibodyM
     sliders = lowered.structure.sliders
     if not sliders:
         return suspension.no_events()
-    first = asm.STEP_ELEMENTS + len(lowered.assembly.element_inside) - len(sliders)
-    pieces = np.vstack([np.full(len(sliders), asm.STICKS), march.steps[:, first:]])
+    end = asm.STEP_ELEMENTS + len(lowered.assembly.element_inside)
+    pieces = np.vstack([np.full(len(sliders), asm.STICKS), march.steps[:, end - len(sliders) : end]])
     step, which = np.nonzero(pieces[1:] != pieces[:-1])
     places = lowered.layout.displacement_places[: len(lowered.structure.motions)] + TO_RATE
     names, rows = np.array([item.name for item in sliders]), np.array([item.row for item in sliders])
@@ -197,7 +213,7 @@ def _integrate(
 
 def _tables(lowered: LoweredWagon, march: MultibodyMarch) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the tables and attributes of a file that contain the assembly and the states."""
-    parts = lowered.assembly._asdict()
+    parts = march.paved(lowered.assembly)._asdict()
     out = {
         "assembly": (("assembly_entry",), np.concatenate([np.ravel(part).astype(float) for part in parts.values()])),
         "march_states": (("step", "state"), march.states),
@@ -265,6 +281,8 @@ def _of_this_version(A: Assembly) -> Assembly:
     """
     if len(A.numbers) == HERTZIAN_NUMBERS:
         A = A._replace(numbers=np.append(A.numbers, [asm.HERTZIAN, 0.0]))
+    if len(A.numbers) == asm.YIELD_LAW:  # of versions in which no tread yielded
+        A = A._replace(numbers=np.append(A.numbers, np.zeros(asm.AT_LAW - asm.YIELD_LAW)))
     if A.element_inside.shape != (len(A.element_inside), 2) or A.corners.shape != (len(A.corners), 2):
         return A
     _check_spans("element_corners", A.element_corners, len(A.element_inside), len(A.corners))
@@ -279,10 +297,13 @@ def _check_assembly(A: Assembly, scenario: Scenario, layout: StateLayout) -> Non
     treads = -(-len(scenario.vehicle.axles) // HALF)
     octets, bodies, states, elements = len(A.kinds), len(layout.bodies), len(A.start), len(A.element_inside)
     rigid, sliders = len(A.yields), len(A.sliders)
+    plastic = YIELDING in scenario.needs
+    columns, law = program.MARKED_COLUMNS if plastic else program.PIECE_COLUMNS, len(A.law) if plastic else 0
     shapes = {
         "numbers": (asm.ASSEMBLY_NUMBERS,), "scales": (states,), "lanes": (octets, asm.LANE_COLUMNS, LANES),
         "cells": (octets // treads, A.cells.shape[1] if A.cells.ndim == 4 else 0, asm.TABLES, asm.TABLE_TERMS),
-        "saturation": (asm.SATURATION_CELLS, asm.TABLE_TERMS), "pieces": (len(A.pieces), program.PIECE_COLUMNS),
+        "saturation": (asm.SATURATION_CELLS, asm.TABLE_TERMS), "pieces": (len(A.pieces), columns),
+        "law": (law, asm.YIELD_COLUMNS),
         "columns": (LANES * len(A.sources),), "force_columns": (LANES * len(A.force_sources),),
         "mobility": (bodies * LANES,), "loads": (bodies * LANES,), "element_weight": (len(A.element_index),),
         "corners": (len(A.corners), asm.CORNER_COLUMNS), "element_inside": (elements,),
@@ -301,6 +322,7 @@ def _check_assembly(A: Assembly, scenario: Scenario, layout: StateLayout) -> Non
     check("assembly, kinds", A.kinds, A.kinds == kinds, "treads, then flanges")
     check("assembly, start", A.start, np.abs(A.start) < LARGEST, f"states below {LARGEST:g}")
     _check_numbers(A, scenario, layout, treads)
+    _check_law(A, scenario)
     stored.check_pieces("assembly, pieces", A.pieces)
     _check_lanes(A, scenario, bodies, treads)
     _check_spans("spans", A.spans, bodies, len(A.sources), TOGETHER)
@@ -329,6 +351,20 @@ def _check_numbers(A: Assembly, scenario: Scenario, layout: StateLayout, treads:
     check_whole("assembly, numbers", A.numbers[[asm.STRIP_BOUND, asm.QUASI_STATIC]], 0, 1)
     positive = A.numbers[[asm.CELLS_PER_M, asm.STATIC_INDENTATION, asm.PULSE]]
     check("assembly, numbers", positive, positive > 0.0, "positive numbers")
+
+
+def _check_law(A: Assembly, scenario: Scenario) -> None:
+    """Refuse a law that yields otherwise than that of the scenario."""
+    if YIELDING not in scenario.needs:
+        return
+    law, numbers = plastic_law(scenario.contact), A.numbers[asm.YIELD_LAW : asm.AT_LAW]
+    check("assembly, law", np.array([len(A.law)]), len(A.law) == len(law), f"{len(law)} pieces")
+    check("assembly, law", A.law, np.abs(A.law - law) <= 1e-9 * np.abs(law).max(), "the scenario's law")
+    expected = {PLASTIC_CONSTANT: 1.0, PLASTIC_FIRST: 0.0, PLASTIC_PIECES: float(len(law))}
+    for place, value in expected.items():
+        check("assembly, numbers", numbers[[place]], numbers[place] == value, f"{value:g}")
+    onset = numbers[[PLASTIC_ONSET]]
+    check("assembly, numbers", onset, onset > 0.0, "a positive indentation at yield")
 
 
 def _check_lanes(A: Assembly, scenario: Scenario, bodies: int, treads: int) -> None:
@@ -391,7 +427,8 @@ def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMar
     end = stored.stored_attribute(data, "end", float)
     check("end", np.array([end]), 0.0 < end <= scenario.duration * (1.0 + 1e-9), "a time within the run")
     elements, octets = len(A.element_inside), len(A.kinds)
-    steps = stored.steps_of(data, asm.STEP_ELEMENTS + elements, asm.STEP_TIME, end)
+    behind = asm.STEP_ELEMENTS + elements
+    steps = stored.steps_of(data, behind + A.stretch_columns, asm.STEP_TIME, end)
     begins, lengths = steps[:, asm.STEP_TIME], steps[:, asm.STEP_LENGTH]
     follows = np.abs(begins + lengths - np.append(begins[1:], end)) <= 1e-9 * end
     check("march_steps", lengths, follows & (lengths > 0.0), "steps that follow each other")
@@ -399,6 +436,8 @@ def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMar
     most = np.append(np.diff(A.element_corners) - 2, np.full(len(A.sliders), asm.LOOSE))
     for element in range(elements):
         check_whole("march_steps", steps[:, asm.STEP_ELEMENTS + element], 0, most[element])
+    if A.stretch_columns:
+        check_whole("march_steps", steps[:, behind:], 0, float(A.law[:, PIECE_STRETCH].max()))
     moments = np.arange(len(A.start)) >= (A.rails[asm.RAIL_STATES] if A.rails.size else np.inf)
     broken = moments | (status in (program.NOT_FINITE, balanced.UNBALANCED))  # such states are no damage of the file
     states = table(data, "march_states", len(steps), len(A.start))
@@ -414,7 +453,8 @@ def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMar
         check(name, contact, np.isin(contact, wheels), "contacts of wheels")
         for wheel in wheels:  # within a step, the maxima are sorted by wheel
             stored.rising(name, rows[contact == wheel, program.EVENT_TIME], end)
-    check_whole("march_events", events[:, program.EVENT_KIND], program.LOSS, program.IMPACT)
+    latest = program.YIELD if A.stretch_columns else program.IMPACT
+    check_whole("march_events", events[:, program.EVENT_KIND], program.LOSS, latest)
     evaluations = stored.stored_attribute(data, "evaluations", int)
     return MultibodyMarch(status, steps, states, events, peaks, end, state, evaluations)
 
@@ -424,7 +464,7 @@ WAGON = Kind(
     length=asm.STEP_LENGTH,
     lower=_lower,
     teller=_teller,
-    beyond=creep_range.beyond_spin,
+    beyond=_beyond,
     missing_part=lambda scenario, lowered, march: wagon_energy.missing_part(lowered, march, scenario),
     contacts=_contacts,
     end=lambda lowered, march: march.end,

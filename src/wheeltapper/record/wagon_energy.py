@@ -2,9 +2,10 @@
 
 Change of (kinetic + elastic) = works of the loads, of the irregularity, of the changing shape of the contacts and of
 the drive, less the energy that dampers, the contacts' friction and dry friction in elements dissipate. The elastic
-energy of a contact is 0.4·N·δ, 0.5·N·δ of a linear one. What a contact with hysteresis takes
-beyond that is dissipated, also where it recovers without a force. If its
-constant changes because the wheel shifts or the curvature of the rail varies, the shape of the contact does work. The
+energy of a contact is 0.4·N·δ, 0.5·N·δ of a linear one; one that yields goes back along its loading curve while it
+rolls, and stores the work of it. What a contact with hysteresis takes beyond that is dissipated, also where it recovers
+without a force. If its constant changes because the wheel shifts or the curvature of the rail varies, or what earlier
+wheels have left changes along the rail, the shape of the contact does work. The
 drive keeps the speed constant; it does the work of the creep forces that the slip does not dissipate.
 """
 

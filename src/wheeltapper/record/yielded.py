@@ -12,12 +12,17 @@ from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.on_rails import LoweredOnRails
 from wheeltapper.lower.plastic import left_after, loading_force, stored_below
+from wheeltapper.lower.wagon_marks import onset_of
+from wheeltapper.march import assembly as asm
 from wheeltapper.march import program as contract
 from wheeltapper.march.general.contract import Contact, Law
-from wheeltapper.march.general.laws.plastic import PLASTIC_ONSET
+from wheeltapper.march.plastic_law import PLASTIC_ONSET
 
 if TYPE_CHECKING:
+    from wheeltapper.lower.wagon import LoweredWagon
+    from wheeltapper.march.assembly import Assembly
     from wheeltapper.march.general.task import Marched
+    from wheeltapper.march.multibody import MultibodyMarch
     from wheeltapper.march.single import March
 
 FloatArray = NDArray[np.float64]
@@ -78,6 +83,26 @@ def beyond_law_on_rails(scenario: Scenario, lowered: LoweredOnRails, march: Marc
         own = forces[march.peaks[:, contract.PEAK_CONTACT] == number]
         notes += beyond_force_on_rails(scenario.contact, one.law, float(own.max(initial=0.0)), lowered.force)
     return tuple(notes[:1])
+
+
+def permanent_of_wagon(assembly: Assembly, delta: FloatArray, left: FloatArray) -> FloatArray:
+    """Return the residual indentation after unloading, m, of treads over what earlier wheels have left, m."""
+    onset = onset_of(assembly)
+    depth = np.maximum(delta, 0.0) + left
+    return np.asarray(np.maximum(left_after(assembly.law, depth / onset) * onset, left))
+
+
+def beyond_law_of_wagon(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[Note, ...]:
+    """Return the same of the march of a wagon; its forces are those of wheelsets, as if both wheels pressed alike."""
+    treads = march.peaks[:, contract.PEAK_CONTACT] < lowered.assembly.numbers[asm.TREADS] * asm.LANES
+    reached = 2.0 * float(march.peaks[treads, contract.PEAK_FORCE].max(initial=0.0))
+    return beyond_force_of_wagon(scenario.contact, lowered, reached)
+
+
+def beyond_force_of_wagon(contact: Any, lowered: LoweredWagon, reached: float) -> tuple[Note, ...]:
+    """Return the same of the largest force of a wheelset, N."""
+    bound = float(loading_force(lowered.assembly.law, np.asarray(contact.limit)))
+    return _beyond(contact, 2.0 * bound * lowered.contact_constant * onset_of(lowered.assembly) ** 1.5, reached)
 
 
 def beyond_force_on_rails(contact: Any, law: Law, reached: float, rails: float) -> tuple[Note, ...]:

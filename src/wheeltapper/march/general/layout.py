@@ -5,8 +5,8 @@ from __future__ import annotations
 # A contact's state. Times are parts of the macro step, counted from its start: of the last impact, and of the loss that
 # is foreseen. BEGAN: the indentation at the part's start. SMOOTH: the last step was smooth. STOP_AT: where the free end
 # of a damper with play rests, or the anchor of dry friction. STRETCH_NOW: the stretch of a law with kinks
-# (laws/plastic.py, slider.py, corners.py). JOINED: 1 or -1 where a part begins at the upper or the lower border of that
-# stretch, 1 also where a released contact begins to press, 0 elsewhere. LAGS: 1 where a lag of the indentation was
+# (plastic_law.py, laws/slider.py, corners.py). JOINED: 1 or -1 where a part begins at the upper or the lower border of
+# that stretch, 1 also where a released contact begins to press, 0 elsewhere. LAGS: 1 where a lag of the indentation was
 # resolved last (local.py).
 FREE_NOW, IMPACT_AT, LOSS_AT, PIECE_NOW, SHIFT_NOW, BEGAN, SMOOTH, STOP_AT, STRETCH_NOW, JOINED, LAGS = range(11)
 STATE_COLUMNS = 11

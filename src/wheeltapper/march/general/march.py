@@ -17,12 +17,12 @@ from wheeltapper.march.general.eventful import EVENTFUL
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.laws.corners import STRETCH_BEGIN
 from wheeltapper.march.general.laws.free_play import PLAY_START
-from wheeltapper.march.general.laws.plastic import PLASTIC_ONSET, stretch_of
 from wheeltapper.march.general.paths import height_and_slope, heights, surface_at
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
 from wheeltapper.march.general.stepping import MODES_EVERY, march_kernel
 from wheeltapper.march.general.structure import ComplexArray, Ring
 from wheeltapper.march.kernel import is_compiled
+from wheeltapper.march.plastic_law import PLASTIC_ONSET, stretch_of
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.telling import GENERAL_CHUNK, Tell, report_nothing
 

@@ -20,7 +20,7 @@ from wheeltapper.march import multibody, passing, searching, telling
 from wheeltapper.march.assembly import HALF, Assembly
 from wheeltapper.march.general.by_address import ByAddress
 from wheeltapper.march.general.structure import ComplexArray
-from wheeltapper.march.growths import find_growths, is_lossy
+from wheeltapper.march.growths import find_growths, is_lossy, is_plastic
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import MultibodyMarch, RailLog
 from wheeltapper.march.pressing import contact_forces
@@ -37,6 +37,7 @@ from wheeltapper.march.rails.modes import (
     write_rails,
 )
 from wheeltapper.march.rates import rates
+from wheeltapper.march.remembering import Laying, WagonMemory, change_paths, log_first_yields
 from wheeltapper.march.stepping import FIRST_STAGE
 
 
@@ -99,7 +100,7 @@ def rails_kernel(
         )  # fmt: skip
         if status != DONE or S[passing.RUN_TIME] >= end:
             return status
-        missing = max(S[passing.RUN_EVENTS] + lanes - len(events), S[passing.RUN_PEAKS] + lanes - len(peaks))
+        missing = max(S[passing.RUN_EVENTS] + 2.0 * lanes - len(events), S[passing.RUN_PEAKS] + lanes - len(peaks))
         if missing > 0.0 or made[0] == len(free):
             return FULL
         # -- the rails
@@ -126,6 +127,8 @@ def rails_kernel(
         contact_forces(now, data, plan, w, wheels)
         passing.switch_contacts(now, data, wheels, events, S)
         contact_forces(now, data, plan, w, wheels)
+        if is_plastic(data) and passing.switch_stretches(now, data, wheels, events, S):
+            contact_forces(now, data, plan, w, wheels)
         S[passing.ANEW] = 1.0
         if hardest != SOFT and is_lossy(data):
             rates(now, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], True)
@@ -144,8 +147,10 @@ MACRO_STEPS = 4096
 """Macro steps for which there is room at first."""
 
 
-def march(task: OnRails, tell: telling.Tell = telling.report_nothing) -> MultibodyMarch:
-    """March a vehicle on rails from its start to its end."""
+def march(
+    task: OnRails, tell: telling.Tell = telling.report_nothing, memory: WagonMemory | None = None
+) -> MultibodyMarch:  # fmt: skip
+    """March a vehicle on rails from its start to its end; with a memory wheels meet the marks of those before them."""
     A = task.assembly
     end = float(A.numbers[asm.RUN_END])
     tables = tables_of(task.track, end)
@@ -155,23 +160,29 @@ def march(task: OnRails, tell: telling.Tell = telling.report_nothing) -> Multibo
     enter_macro_step(0, tables.seconds, free[0].ravel(), tables.local[0], tables.answers[0], *flat)
     scales = _with_moments(A, tables)
     passing.start_kernel(*flat, A.start, work.w, work.wheels, work.pieces, work.S)
+    log_first_yields(work)
     units, (one, other) = task.track.units, (tables.ways[TOGETHER], tables.ways[-1])
+    laying = Laying(memory, A, tables.seconds)
     while True:
         room = work.steps[: int(work.S[passing.RUN_STEPS]) + telling.WAGON_CHUNK]
         status = rails_kernel(
-            MARCH.address, end, tables.seconds, *one, modes[TOGETHER], *other, modes[AGAINST], tables.sets,
+            MARCH.address, laying.until, tables.seconds, *one, modes[TOGETHER], *other, modes[AGAINST], tables.sets,
             tables.phase, tables.bay, tables.local, tables.answers, ways_of(task.sinking), units.length, units.force,
             free, made, *flat, scales, *work._replace(steps=room),
         )  # fmt: skip
-        steps, events, peaks = work.S[[passing.RUN_STEPS, passing.RUN_EVENTS, passing.RUN_PEAKS]].astype(int)
-        if status != FULL or tell(float(work.S[passing.RUN_TIME])):
-            log = RailLog(tables.seconds, free[: made[0]].reshape(made[0], -1), tables.local, tables.answers)
-            return MultibodyMarch(
-                status, work.steps[:steps], work.states[:steps], work.events[:events], work.peaks[:peaks],
-                float(work.S[passing.RUN_TIME]), work.w, int(work.S[passing.RATES_USED]), log,
-            )  # fmt: skip
+        if laying.goes_on(status):
+            flat = laying.lay(_found_so_far(status, work, tables, free[: made[0]]), flat)
+            change_paths(*flat, work.w, work.wheels, work.events, work.peaks, work.kept, work.S)
+        elif status != FULL or tell(float(work.S[passing.RUN_TIME])):
+            return _found_so_far(status, work, tables, free[: made[0]])._replace(paths=laying.paths)
         work = multibody.grown_work(work)
         free = telling.grown_table(free, float(made[0]), 1.0)
+
+
+def _found_so_far(status: int, work: multibody.Work, tables: RailTables, free: FloatArray) -> MultibodyMarch:
+    """Return what a march has found so far, with the log of its macro steps."""
+    log = RailLog(tables.seconds, free.reshape(len(free), -1), tables.local, tables.answers)
+    return multibody.found_so_far(status, work)._replace(rails=log)
 
 
 def _with_moments(A: Assembly, tables: RailTables) -> FloatArray:

@@ -8,10 +8,10 @@ from wheeltapper.march.general.laws.hertz import hertz_force
 from wheeltapper.march.general.laws.hunt_crossley import CROSSLEY_LOSS, hunt_crossley_force
 from wheeltapper.march.general.laws.kelvin import kelvin_force
 from wheeltapper.march.general.laws.linear import bonded_force, linear_force
-from wheeltapper.march.general.laws.plastic import plastic_force
 from wheeltapper.march.general.laws.slider import slider_force
 from wheeltapper.march.general.laws.tabulated import tabulated_forces, tabulated_share
 from wheeltapper.march.kernel import uncounted_kernel
+from wheeltapper.march.plastic_law import plastic_force
 from wheeltapper.march.program import FloatArray
 
 (

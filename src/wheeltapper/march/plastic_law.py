@@ -1,5 +1,7 @@
 """Elastic-plastic laws of a rolling wheel: Hertz's law below yield, then a curve over the virgin surface's indentation.
 
+The general march and the wagon's take them from here.
+
 stretch 0       N = C·δ^(3/2), times the path's factor, up to the indentation that the surface has borne before
 stretch k > 0   N = N_Y·f((δ + left)/δ_Y), N_Y = C·δ_Y^(3/2), between two borders of the law, where f has a kink
 
@@ -80,3 +82,29 @@ def plastic_force(
     slope /= scale
     unit = numbers[PLASTIC_CONSTANT] * sqrt(onset)
     return unit * onset * (value + slope * (depth - inside)), unit * slope
+
+
+@uncounted_kernel
+def virgin_force(depth: float, column: int, numbers: FloatArray, table: FloatArray) -> tuple[float, float]:
+    """Return the force of a virgin surface's indentation beyond yield, and the work of loading it, over N_Y and δ_Y.
+
+    The work up to the start of a piece is in a column of the table.
+    """
+    row = int(numbers[PLASTIC_FIRST])
+    last = row + int(numbers[PLASTIC_PIECES]) - 1
+    while row < last and table[row + 1, contract.LAW_START] <= depth:
+        row += 1
+    scale, centre = table[row, contract.LAW_SCALE], table[row, contract.LAW_CENTRE]
+    inside = min(depth, centre + scale)
+    eta, begin = (inside - centre) / scale, (table[row, contract.LAW_START] - centre) / scale
+    force, slope, done, before = 0.0, 0.0, 0.0, 0.0
+    for k in range(contract.TERMS - 1, -1, -1):
+        term = table[row, contract.LAW_FORCE + k]
+        slope = slope * eta + force
+        force = force * eta + term
+        done = done * eta + term / (k + 1.0)
+        before = before * begin + term / (k + 1.0)
+    work = table[row, column] + scale * (done * eta - before * begin)
+    beyond = depth - inside
+    slope /= scale
+    return force + slope * beyond, work + beyond * (force + 0.5 * slope * beyond)

@@ -1,0 +1,156 @@
+"""Wagons that pass one after the other over two rails, each over the marks that those before it have left."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.passes import SHAKEDOWN, PassResult, Scatter, checked_length, drawn_pass
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import FLEXIBLE_TRACK
+from wheeltapper.ground.notes import Note
+from wheeltapper.lower.marks import Surface
+from wheeltapper.lower.wagon import LoweredWagon, lower_wagon, started
+from wheeltapper.lower.wagon_marks import (
+    SIDES,
+    WornRails,
+    constant_of,
+    lane_of,
+    onset_of,
+    path_of,
+    semi_axis_of,
+)
+from wheeltapper.march import assembly as asm
+from wheeltapper.march import program as contract
+from wheeltapper.march import run
+from wheeltapper.record.yielded import beyond_force_of_wagon
+
+FloatArray = NDArray[np.float64]
+WHEELS = 2.0
+"""Forces are told per wheelset, as if both of its wheels pressed alike."""
+
+
+class RailLineOfWagons:
+    """Two rails over which wagons pass again and again, by the wagon's march.
+
+    A surface holds the samples of the left rail, then those of the right one.
+
+    Parameters
+    ----------
+    scenario
+        A scenario with a wagon, an elastic-plastic contact and point rolling.
+    scatter
+        Scatter of the passes.
+    per_interval
+        Samples in half a semi-axis of the contact patch.
+    method
+        "default" or "strict".
+    vehicles
+        What passes in turn; none: the scenario's.
+    """
+
+    sides = SIDES
+
+    def __init__(
+        self, scenario: Scenario, scatter: Scatter, per_interval: int, method: str, vehicles: tuple[Any, ...] = ()
+    ) -> None:
+        for name in ("load", "start"):
+            if getattr(scatter, name):
+                raise InputError("", f"scatter.{name}", f"{getattr(scatter, name):g} with a Wagon", "0")
+        self.scenario, self.scatter, self._method = scenario, scatter, method
+        self.length = checked_length(scenario, scatter)
+        self._passing = [scenario.replaced({"vehicle": vehicle}) for vehicle in vehicles] or [scenario]
+        for one in self._passing:
+            run.choose(run.WEAR_IN, one.needs)
+            one.check_extent()
+        self.static_force = max(float(_lowered(one, method).static_force.sum(axis=1).max()) for one in self._passing)
+        positions = [_positions(one) for one in self._passing]
+        self._begins = float(min(places.min() for places in positions))
+        extent = float(max(places.max() for places in positions)) - self._begins
+        lowered = _lowered(scenario, method, self._worn(_NOTHING, _NOTHING))
+        self.program, self.notes = lowered.program, lowered.notes
+        self.semi_axis = semi_axis_of(scenario, float(lowered.static_force[0].mean()))
+        self._rail = Surface.virgin_surface(
+            extent + self.length, self.semi_axis, onset_of(lowered.assembly), per_interval
+        )
+        self.virgin = self._joined(self._rail, self._rail)
+        places = self._rail.sample_positions + self._begins
+        self._seen = (places >= 0.0) & (places < self.length)
+        self.sample_positions = places[self._seen]
+        first = _positions(scenario)[0]
+        self._base = np.stack([
+            path_of(lowered.assembly, lane_of(0, side)).height_at(self.sample_positions - first)
+            for side in range(len(SIDES))
+        ])  # fmt: skip
+        self._lowered = lowered
+
+    def _worn(self, left: Surface, right: Surface) -> WornRails:
+        return WornRails((left, right), self.static_force, self._begins, self.scatter.hardening)
+
+    def _joined(self, left: Surface, right: Surface) -> Surface:
+        """Return both rails as one surface."""
+        return replace(left, borne=np.append(left.borne, right.borne), left=np.append(left.left, right.left))
+
+    def _apart(self, surface: Surface) -> tuple[Surface, Surface]:
+        """Return the left and the right rail of a surface."""
+        borne, left = surface.borne.reshape(2, -1), surface.left.reshape(2, -1)
+        one, other = (replace(surface, borne=borne[side], left=left[side]) for side in range(len(SIDES)))
+        return one, other
+
+    def settled(self, surface: Surface) -> FloatArray:
+        """Return the permanent indentation at the samples, averaged over the patch, (sides, samples), m."""
+        return np.stack([rail.settled_indentation()[self._seen] for rail in self._apart(surface)])
+
+    def rail_heights(self, surface: Surface) -> FloatArray:
+        """Return the heights of both rails at the samples, (sides, samples), m."""
+        return np.asarray(self._base - self.scenario.contact.share_of_rail * self.settled(surface), dtype=np.float64)
+
+    def beyond_law(self, reached: float) -> tuple[Note, ...]:
+        """Return notes if a contact force, N per wheelset, is beyond the range of the law."""
+        return beyond_force_of_wagon(self.scenario.contact, self._lowered, reached)
+
+    def after_pass(self, surface: Surface, number: int) -> tuple[Surface, PassResult]:
+        """Return the surface after pass `number`, and the results of that pass."""
+        faster, _, _ = drawn_pass(self.scatter, number)
+        scenario = self._passing[number % len(self._passing)]
+        speed = float(scenario.speed) * faster
+        scenario = scenario.replaced({"speed": speed, "duration": self.length / speed})
+        lowered = _lowered(scenario, self._method, self._worn(*self._apart(surface)))
+        march = run.march(lowered.program)
+        assembly, memory = march.paved(lowered.assembly), lowered.memory
+        assert memory is not None  # as rails with marks have
+        marking = memory.begin()
+        marking.press(assembly, march)
+        pressures = np.concatenate([one for rail in marking.sides for one in rail.pressures])
+        unit = WHEELS * constant_of(assembly) * onset_of(assembly) ** 1.5
+        elastic, beyond = float(np.mean(pressures <= 1.0)), float(np.mean(pressures > SHAKEDOWN))
+        treads = march.peaks[:, contract.PEAK_CONTACT] < assembly.numbers[asm.TREADS] * asm.LANES
+        largest = WHEELS * float(march.peaks[treads, contract.PEAK_FORCE].max(initial=0.0))
+        largest = max(largest, float(pressures.max()) * unit)
+        told = PassResult(
+            march.status, speed, float(scenario.vehicle.axles[0].load), 0.0, largest,
+            int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum()), self.length,
+            float(sum(rail.work for rail in marking.sides)), elastic, 1.0 - elastic - beyond, beyond,
+        )  # fmt: skip
+        return self._joined(*(rail.left() for rail in marking.sides)), told
+
+
+def _positions(scenario: Scenario) -> FloatArray:
+    return np.array([axle.position for axle in scenario.vehicle.axles], dtype=float)
+
+
+_NOTHING = Surface(np.zeros(8), np.zeros(8), 1.0, 1.0, 1)
+"""A surface of which only its lengths matter, before they are known."""
+
+
+def _lowered(scenario: Scenario, method: str, worn: WornRails | None = None) -> LoweredWagon:
+    """Return a wagon over rails with marks."""
+    if FLEXIBLE_TRACK not in scenario.needs:
+        return started(lower_wagon(scenario, method, worn), scenario)
+    from wheeltapper.lower.wagon_on_rails import lower_wagon_on_rails
+
+    return started(lower_wagon_on_rails(scenario, method, worn), scenario)

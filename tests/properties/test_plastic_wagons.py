@@ -1,0 +1,155 @@
+"""Wagons whose treads yield: their records, marks, and many passes."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import wheeltapper as wt
+from tests.reference.test_plastic_on_rails import HEAVY, STRUCK, WAVY, in_a_row
+from tests.reference.test_plastic_wagons import row_of_wheelsets
+from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, half_coach
+from wheeltapper.march import assembly as asm
+
+pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
+LEVEL = wt.profiles.Cones()
+OF_WHEEL = {"contact": wt.contact.Thornton(constant_per_wheel=1.405e11 / 2, yield_force=1.5e5)}
+COACH = wt.Scenario(
+    vehicle=wt.Wagon.erri_b176(), contact=wt.contact.Thornton(yield_force="160 kN"),
+    creep=wt.creep.Polach(friction=0.35), rolling="point", speed=20.0, duration=0.16,
+    irregularity={"right": wt.CosineBump(height="0.3 mm", length="50 mm", start=0.1)},
+)  # fmt: skip
+
+
+def test_the_record_of_a_coach_is_stored_and_balanced(tmp_path):
+    record = wt.simulate(COACH, "strict")
+    assert abs(float(record.energy.relative_imbalance)) < 1e-8
+    assert set(record.events.wheelset.values[record.events.kind.values == "yield"]) == {1, 2}
+    record.save(tmp_path / "run.nc")
+    loaded = wt.load(tmp_path / "run.nc")
+    xr.testing.assert_identical(loaded.events, record.events)
+    xr.testing.assert_allclose(loaded.history("2 kHz"), record.history("2 kHz"), rtol=1e-9, atol=1e-15)
+    xr.testing.assert_allclose(wt.wear.marks(loaded).table, wt.wear.marks(record).table, rtol=1e-9, atol=1e-15)
+
+
+def test_the_paths_of_a_record_give_its_run_again():
+    """Wheels that follow meet what those before them have left: marched over these paths, nothing changes."""
+    from wheeltapper.march import multibody
+    from wheeltapper.record.wagon import WAGON
+
+    lowered = WAGON.lower(COACH, "default")
+    found = multibody.march(lowered.assembly, memory=lowered.memory)
+    paved = found.paved(lowered.assembly)
+    assert len(paved.pieces) > len(lowered.assembly.pieces) + 10
+    again = multibody.march(paved)
+    np.testing.assert_array_equal(again.events[:, 1], found.events[:, 1])
+    np.testing.assert_allclose(again.events[:, 0], found.events[:, 0], rtol=0, atol=1e-9)
+    marking = lowered.memory.begin()
+    marking.press(paved, again)
+    end = marking.paths()
+    moved = end.pieces.shape == paved.pieces.shape
+    assert moved
+    np.testing.assert_allclose(end.pieces, paved.pieces, rtol=1e-6, atol=1e-9)
+
+
+def test_a_law_that_never_yields_is_hertz():
+    plastic = COACH.replaced({"contact": wt.contact.Thornton(yield_force="900 kN")})
+    hertz = COACH.replaced({"contact": wt.Hertz(curvature=False)})
+    one, other = wt.simulate(plastic), wt.simulate(hertz)
+    np.testing.assert_allclose(one.events.time, other.events.time, rtol=0, atol=1e-12)
+    assert float(wt.wear.marks(one).table.permanent_indentation.max()) == 0.0
+
+
+@pytest.mark.parametrize("rolling", ["point", "circle"])
+def test_marks_of_half_a_coach_are_those_of_a_bogie(rolling):
+    common = {
+        "contact": wt.contact.Stronge(constant_per_wheel=8e10, yield_force=1.6e5), "speed": 20.0, "duration": 0.17,
+        "irregularity": wt.CosineBump(height=3e-4, length=0.05, start=0.3), "rolling": rolling,
+    }  # fmt: skip
+    coach = wt.simulate(wt.Scenario(vehicle=half_coach(), profiles=LEVEL, **common), "strict")
+    load = float(coach.static_forces[0].sum())
+    bogie = wt.simulate(wt.Scenario(vehicle=wt.vehicles.Bogie(wheel_load=load, **NUMBERS), **common), "strict")
+    own, expected = wt.wear.marks(coach), wt.wear.marks(bogie)
+    assert float(expected.table.permanent_indentation.max()) > 1e-6
+    for side in ("left", "right"):
+        found = own.table.permanent_indentation.sel(side=side).values
+        np.testing.assert_allclose(found, expected.table.permanent_indentation.values, rtol=0, atol=1e-11)
+    assert len(own.wheels) == 2 * len(expected.wheels)
+    for number, wheel in enumerate(expected.wheels):
+        for side in range(2):
+            np.testing.assert_allclose(own.wheels[2 * number + side].deviations, wheel.deviations, rtol=0, atol=1e-11)
+    assert len(own.rails) == 2
+
+
+def test_cells_of_a_sweep_are_runs():
+    scene = COACH.replaced({"duration": 0.02})
+    chart = wt.sweep(scene, {"contact.yield_force": [1.3e5, 1.7e5]}, ["largest_force"])
+    for force in (1.3e5, 1.7e5):
+        record = wt.simulate(scene.replaced({"contact.yield_force": force}))
+        cell = chart.sel({"contact.yield_force": force})
+        assert cell.largest_force.values == pytest.approx(wt.features.largest_force()(record).values, rel=1e-12)
+
+
+# -- many passes ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("track", ["rigid", "sleepers"])
+def test_passes_of_a_wheelset_without_roll_are_those_of_a_wheelset(track, tmp_path):
+    on = wt.StiffTrack() if track == "rigid" else TRACK
+    plane = WAVY.replaced({"track": on})
+    contact = wt.contact.Thornton(constant_per_wheel=1.405e11 / 2, yield_force=1.2e5)
+    wagon = plane.replaced({"vehicle": row_of_wheelsets(1, 0.0), "contact": contact, "profiles": LEVEL})
+    options = {"hardening": 0.3, "scatter": {"speed": 0.02}, "seed": 3, "every": 1, "method": "strict"}
+    expected = wt.wear_in(plane, 3, progress=False, **options)
+    found = wt.wear_in(wagon, 3, progress=False, store=tmp_path / "worn.nc", **options)
+    assert expected.permanent_indentation.max() > 3e-6
+    for side in ("left", "right"):
+        np.testing.assert_allclose(found.height.sel(side=side), expected.height, rtol=0, atol=1e-11)
+    for name in ("speed", "largest_force", "plastic_work"):
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-5)
+    xr.testing.assert_identical(wt.load(tmp_path / "worn.nc").height, found.height)
+    more = wt.wear_in(wagon, 4, progress=False, store=tmp_path / "worn.nc", **options)
+    xr.testing.assert_identical(more, wt.wear_in(wagon, 4, progress=False, **options))
+    assert len(wt.plot(found).axes) == 9
+
+
+def test_wheelsets_that_follow_are_passes_of_wear_in():
+    gap = 2.0
+    ride = STRUCK | OF_WHEEL | {"profiles": LEVEL}
+    row = wt.Scenario(vehicle=row_of_wheelsets(3, gap), duration=0.2 + 2.0 * gap / 10.0, **ride)
+    left = wt.wear.marks(wt.simulate(row, "strict")).table.permanent_indentation
+    alone = wt.Scenario(vehicle=row_of_wheelsets(1, gap), duration=0.2, **ride)
+    worn = wt.wear_in(alone, 3, method="strict", progress=False).permanent_indentation.isel(kept=-1)
+    inside = slice(0.1, 1.5)
+    here = left.sel(position=inside)
+    there = worn.interp(position=here.position)
+    assert float(here.max()) > 5e-6
+    np.testing.assert_allclose(here, there, rtol=0, atol=0.02 * float(here.max()))
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"scatter": {"load": 0.1}}, "scatter.load: found 0.1 with a Wagon"),
+        ({"scatter": {"start": 0.1}}, "scatter.start: found 0.1 with a Wagon"),
+        ({"scatter": {"vehicles": [wt.Wheelset(**HEAVY)]}}, "scatter.vehicles.0"),
+    ],
+)
+def test_what_cannot_pass_is_refused(options, told):
+    scene = wt.Scenario(vehicle=row_of_wheelsets(1, 0.0), duration=0.1, profiles=LEVEL, **STRUCK | OF_WHEEL)
+    with pytest.raises(wt.InputError, match=told):
+        wt.wear_in(scene, 1, progress=False, **options)
+
+
+def test_a_wagon_does_not_pass_where_the_scenario_has_none():
+    scene = wt.Scenario(vehicle=in_a_row(1, 0.0), duration=0.1, **STRUCK)
+    with pytest.raises(wt.InputError, match=r"scatter.vehicles.0: .* allowed: no Wagon"):
+        wt.wear_in(scene, 1, progress=False, scatter={"vehicles": [row_of_wheelsets(1, 0.0)]})
+
+
+def test_flanges_stay_elastic_on_paths_without_marks():
+    lowered = wt.simulate(COACH.replaced({"duration": 0.001}))._lowered
+    A = lowered.assembly
+    treads = int(A.numbers[asm.TREADS])
+    assert len(A.lanes) == 2 * treads
+    flanges = A.lanes[treads:, asm.LAST_PIECE].max()
+    assert flanges < A.lanes[:treads, asm.FIRST_PIECE][A.lanes[:treads, asm.SIDE] != 0.0].min()

@@ -1,0 +1,212 @@
+"""Elastic-plastic contacts of wagons, against other marches and another program."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import wheeltapper as wt
+from tests.reference.test_laws_of_wagons import ARM, GRAVITY, HELD, LEVEL, MASS, ROLL_INERTIA, lone, of_side
+from tests.reference.test_plastic_on_rails import HEAVY, KINDS, LAWS, STRUCK, passes
+from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, half_coach
+from wheeltapper.march import program as contract
+from wheeltapper.march import run
+
+pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
+CONSTANT = 7e10
+
+
+def drawn(rng):
+    """Return a ride that throws a wheelset, and the force at which its contact yields."""
+    speed, length = float(rng.uniform(6, 25)), float(rng.uniform(0.03, 0.15))
+    height, bump = float(rng.choice([-1, 1]) * rng.uniform(1e-4, 3e-4)), rng.uniform() < 0.5
+    ride = {
+        "irregularity": (
+            wt.CosineBump(height=height, length=length, start=0.01) if bump
+            else wt.Corrugation(amplitude=height / 5, wavelength=length, start=0.01)
+        ),
+        "rolling": "point", "speed": speed, "duration": 0.05,
+    }  # fmt: skip
+    return float(rng.uniform(0.7, 3.0)) * MASS * GRAVITY, ride
+
+
+@pytest.mark.parametrize("kind", LAWS)
+@pytest.mark.parametrize(("method", "allowed", "force"), [("default", 5e-9, 3e-6), ("strict", 2e-11, 1e-8)])
+def test_a_wagon_that_only_bounces_is_a_wheelset(kind, method, allowed, force):
+    rng, seen, balance = np.random.default_rng(5), 0, 1e-6 if method == "default" else 1e-8
+    for _ in range(6):
+        begins, ride = drawn(rng)
+        of_wheel, of_wheelset = (
+            kind(yield_force=begins, **constant)
+            for constant in ({"constant_per_wheel": CONSTANT}, {"constant": 2 * CONSTANT})
+        )
+        wagon = wt.simulate(wt.Scenario(vehicle=lone(), contact=of_wheel, profiles=LEVEL, **ride), method)
+        wheelset = wt.simulate(
+            wt.Scenario(vehicle=wt.Wheelset(mass=MASS, load=0.0), contact=of_wheelset, **ride), method
+        )  # fmt: skip
+        times = np.linspace(0.0, 0.05, 77)
+        for side in ("left", "right"):
+            events, peaks = (of_side(table, side) for table in (wagon.events, wagon.peaks))
+            assert list(events.kind.values) == list(wheelset.events.kind.values)
+            np.testing.assert_allclose(events.time, wheelset.events.time, rtol=0, atol=allowed)
+            scale = wheelset.peaks.normal_force.values.max()
+            np.testing.assert_allclose(
+                2 * peaks.normal_force, wheelset.peaks.normal_force, rtol=0, atol=force * scale
+            )  # fmt: skip
+            left = wagon.at(times).permanent_indentation.sel(side=side)
+            np.testing.assert_allclose(left, wheelset.at(times).permanent_indentation, rtol=0, atol=1e-9)
+        seen += int((wheelset.events.kind == "yield").sum())
+        assert abs(float(wagon.energy.relative_imbalance)) < balance
+    assert seen >= 12
+
+
+# -- a wheelset that rolls aside: another program ---------------------------------------------------------------------
+
+STATIC_FORCE = 0.5 * MASS * GRAVITY
+
+
+def thornton(d):
+    return 1.0 + 1.5 * (d - 1.0)
+
+
+def stronge(d):
+    return (2.0 * d - 1.0) * (1.0 + np.log(max(2.0 * d - 1.0, 0.5)) / 3.3)
+
+
+class Aside:
+    """Bounce and roll of a wheelset on contacts that yield, by scipy's DOP853 from event to event.
+
+    A wheel is lost (-1), presses elastically (0), or yields (1); each law goes on smoothly beyond its end.
+    """
+
+    def __init__(self, law, onset, bump, speed):
+        self.law, self.onset, self.bump, self.speed = law, onset, bump, speed
+
+    def height(self, t):
+        x = self.speed * t - self.bump.start
+        if not 0.0 < x < self.bump.length:
+            return 0.0
+        return 0.5 * float(self.bump.height) * (1 - np.cos(2 * np.pi * x / self.bump.length))
+
+    def gaps(self, t, s):
+        """Return the indentations of both wheels; the left one meets the bump."""
+        return [self.height(t) * (a > 0) - s[0] - a * ARM * s[1] for a in (1, -1)]
+
+    def push(self, gap, state):
+        if state < 0:
+            return 0.0
+        if state == 0:
+            return CONSTANT * max(gap, 0.0) ** 1.5
+        return CONSTANT * self.onset**1.5 * self.law(gap / self.onset)
+
+    def rates(self, t, s, states):
+        left, right = (self.push(gap, state) for gap, state in zip(self.gaps(t, s), states, strict=True))
+        return [s[2], s[3], (left + right) / MASS - GRAVITY, ARM * (left - right) / ROLL_INERTIA]
+
+    def change(self, wheel, level, direction):
+        def event(t, s):
+            return self.gaps(t, s)[wheel] - level
+
+        event.terminal, event.direction = True, direction
+        return event
+
+    def march(self, state, end):
+        """Return times, wheels and kinds of all events."""
+        breaks = [(self.bump.start + shift) / self.speed for shift in (0.0, self.bump.length)]
+        t, states, found = 0.0, [0, 0], []
+        while t < end:
+            until = min([time for time in breaks if time > t + 1e-12] + [end])
+            changes = []
+            for wheel, own in enumerate(states):
+                if own < 1:  # upwards: an impact, or yield
+                    changes.append((wheel, own + 1, self.change(wheel, 0.0 if own < 0 else self.onset, 1.0)))
+                if own > -1:
+                    changes.append((wheel, own - 1, self.change(wheel, 0.0 if own == 0 else self.onset, -1.0)))
+            done = solve_ivp(
+                lambda t, s, on=tuple(states): self.rates(t, s, on), (t, until), state, "DOP853", rtol=3e-14,
+                atol=1e-17, max_step=2e-5, events=[event for _, _, event in changes],
+            )  # fmt: skip
+            t, state = float(done.t[-1]), done.y[:, -1]
+            for (wheel, after, _), times in zip(changes, done.t_events, strict=True):
+                if len(times):
+                    before, states[wheel] = states[wheel], after
+                    name = {(0, -1): "loss", (-1, 0): "impact", (0, 1): "yield"}.get((before, after))
+                    found += [(t, wheel, name)] if name else []
+        return found
+
+
+@pytest.mark.parametrize(("kind", "law"), [(wt.contact.Thornton, thornton), (wt.contact.Stronge, stronge)])
+def test_a_wheelset_thrown_aside_is_that_of_another_program(kind, law):
+    bump = wt.CosineBump(height=2e-4, length=0.05, start=0.01)
+    begins = 2.6 * STATIC_FORCE
+    scene = wt.Scenario(
+        vehicle=lone(HELD), contact=kind(constant_per_wheel=CONSTANT, yield_force=begins),
+        profiles=wt.profiles.Cones(arm=ARM, moving_with="wheel"), irregularity={"left": bump}, rolling="point",
+        speed=9.0, duration=0.03,
+    )  # fmt: skip
+    onset = (0.5 * begins / CONSTANT) ** (2 / 3)
+    static = (STATIC_FORCE / CONSTANT) ** (2 / 3)
+    found = Aside(law, onset, bump, 9.0).march([-static, 0.0, 0.0, 0.0], 0.03)
+    record = wt.simulate(scene, "strict")
+    assert len(found) == len(record.events.time) >= 8
+    names = [name for _, _, name in found]
+    assert names.count("yield") >= 3
+    assert record.events.kind.values.tolist() == names
+    np.testing.assert_array_equal([wheel for _, wheel, _ in found], record.events.side.values == "right")
+    np.testing.assert_allclose([t for t, _, _ in found], record.events.time, rtol=0, atol=1e-10)
+    assert abs(float(record.energy.relative_imbalance)) < 1e-8
+
+
+# -- memory between wheels ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", [wt.contact.Thornton, wt.contact.KogutEtsion])
+@pytest.mark.parametrize(("method", "allowed"), [("default", 2e-8), ("strict", 1e-10)])
+@pytest.mark.parametrize("track", [wt.StiffTrack(), TRACK], ids=["rigid", "sleepers"])
+def test_half_a_coach_over_its_own_marks_is_a_bogie(kind, track, method, allowed):
+    common = {
+        "contact": kind(constant_per_wheel=8e10, yield_force=1.6e5), "speed": 20.0, "duration": 0.17,
+        "irregularity": wt.CosineBump(height=3e-4, length=0.05, start=0.3), "rolling": "point", "track": track,
+    }  # fmt: skip
+    coach = wt.simulate(wt.Scenario(vehicle=half_coach(), profiles=LEVEL, **common), method)
+    load = float(coach.static_forces[0].sum())
+    bogie = wt.simulate(wt.Scenario(vehicle=wt.vehicles.Bogie(wheel_load=load, **NUMBERS), **common), method)
+    assert (bogie.events.kind == "yield").sum() >= 4
+    assert {1, 2} == {*bogie.events.wheelset.values[bogie.events.kind.values == "yield"].tolist()}
+    for side in ("left", "right"):
+        own = of_side(coach.events, side)
+        assert own.kind.values.tolist() == bogie.events.kind.values.tolist()
+        np.testing.assert_allclose(own.time, bogie.events.time, rtol=0, atol=allowed)
+    assert abs(float(coach.energy.relative_imbalance)) < 1e-7
+
+
+def row_of_wheelsets(count, gap):
+    """Return a wagon of wheelsets that only bounce, behind each other."""
+    held = ("x", "y", "roll", "yaw", "pitch")
+    axle = {"mass": HEAVY["mass"], "inertia": (800.0, 90.0, 800.0), "held": held, "load": HEAVY["load"]}
+    axles = tuple(wt.vehicles.Axle(position=-gap * k, **axle) for k in range(count))
+    return wt.Wagon(bodies=(), axles=axles)
+
+
+def test_wheelsets_that_follow_are_passes_of_the_yielding_contacts_march():
+    line = passes()
+    gap, surface = 300 * line.virgin.interval, line.virgin
+    scene = wt.Scenario(vehicle=row_of_wheelsets(3, gap), profiles=LEVEL, duration=0.2 + gap / 5.0, **STRUCK)
+    record = wt.simulate(
+        scene.replaced({"contact.constant": None, "contact.constant_per_wheel": 1.405e11 / 2}), "strict"
+    )
+    for number in range(3):
+        program, _, unit = line._pass_program(surface, 10.0, 91_307.0, 0.0)
+        events = run.march(program).events
+        events = events[events[:, contract.EVENT_TIME] * unit < 0.19]
+        own = record.events.isel(
+            event=(record.events.wheelset.values == number + 1) & (record.events.side.values == "right")
+        )
+        found = own.time.values - number * gap / 10.0
+        expected = events[:, contract.EVENT_TIME] * unit
+        assert found[: len(events)] == pytest.approx(expected, abs=1e-10, rel=0)
+        assert own.kind.values[: len(events)].tolist() == [KINDS[int(kind)] for kind in events[:, contract.EVENT_KIND]]
+        surface, told = line.after_pass(surface, number)
+        peaks = record.peaks.isel(
+            peak=(record.peaks.wheelset.values == number + 1) & (record.peaks.side.values == "right")
+        )
+        assert 2 * peaks.normal_force.max().item() == pytest.approx(told.largest_force, rel=1e-8)
