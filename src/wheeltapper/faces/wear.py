@@ -69,8 +69,8 @@ def draw_wear(wear: xr.Dataset) -> Figure:
     impacts.set(xlabel="pass", ylabel="impacts [1/m]", ylim=(0.0, None))
     highest = first.amplitude.max("side") if "side" in wear.dims else first.amplitude
     loudest = wear.amplitude.isel(wavelength=int(highest.values.argmax()))
-    for side, one in _by_side(loudest):
-        strongest.plot(wear.kept, 1e6 * one, label=side, **EACH)
+    for side, amplitude in _by_side(loudest):
+        strongest.plot(wear.kept, 1e6 * amplitude, label=side, **EACH)
     strongest.set(xlabel="passes made", ylabel=f"amplitude at {1e3 * float(loudest.wavelength):.3g} mm [µm]")
     for axis in figure.axes:
         if axis not in (spectrum, growth):

@@ -62,7 +62,11 @@ if TYPE_CHECKING:
     from wheeltapper.march.multibody import MultibodyMarch
     from wheeltapper.march.rails.march import OnRails
     from wheeltapper.march.rails.replay import RailsReplay
+    from wheeltapper.march.remembering import OverMarks
     from wheeltapper.march.single import March
+
+    Wagons = Assembly | OnRails | OverMarks
+    """Programs of the wagon's marches."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,7 +324,7 @@ def _present_and_otherwise(need: Need, needs: frozenset[Need]) -> tuple[str, str
 # -- from a program to its march --------------------------------------------------------------------------------------
 
 
-def _kernel_module(program: Program | Assembly | Task) -> Any:
+def _kernel_module(program: Program | Wagons | Task) -> Any:
     """Return the module of the march that takes a program."""
     return import_module(f"wheeltapper.march.{_MODULES.get(type(program).__name__, 'single')}")
 
@@ -334,15 +338,15 @@ _MODULES = {
 @overload
 def march(program: Program, tell: Tell = report_nothing) -> March: ...
 @overload
-def march(program: Assembly, tell: Tell = report_nothing) -> MultibodyMarch: ...
+def march(program: Wagons, tell: Tell = report_nothing) -> MultibodyMarch: ...
 @overload
 def march(program: Task, tell: Tell = report_nothing) -> Marched: ...
-def march(program: Program | Assembly | Task, tell: Tell = report_nothing) -> Any:
+def march(program: Program | Wagons | Task, tell: Tell = report_nothing) -> Any:
     """March a program from its start to its end."""
     return _kernel_module(program).march(program, tell)
 
 
-def is_ready(program: Program | Assembly | Task) -> bool:
+def is_ready(program: Program | Wagons | Task) -> bool:
     """Return False where marching a program begins with compiling."""
     return bool(_kernel_module(program).is_ready(program))
 

@@ -1,7 +1,8 @@
 """Borders between the stretches of a law with kinks: parts between events end there, so that forces stay smooth.
 
 The first border is that of yield, at the indentation that the surface bears; the others are those of the law itself, on
-the virgin surface's indentation.
+the virgin surface's indentation. A surface that has borne some of these goes beyond them as it yields, and back from
+there to the elastic stretch.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ def border_at(direction: float, theta: float, site: Site) -> float:
     left, bears, _ = paths.surface_at(site.pieces, site.place, site.x0, site.stride, site.lift, theta)
     if stretch == (0.0 if direction == UP else 1.0):
         return bears
-    return border_of(stretch + (1.0 if direction == UP else 0.0), site.law, site.table) - left
+    border = border_of(stretch + (1.0 if direction == UP else 0.0), site.law, site.table) - left
+    return border if direction == UP else max(border, bears)
 
 
 @uncounted_kernel
@@ -132,8 +134,14 @@ def approach(direction: float, nodes: Nodes, pace: float, site: Site, room: Room
     return direction * slope / pace, rate / pace
 
 
-@inlined_uncounted_kernel
-def enter(direction: float, place: FloatArray) -> None:
-    """Go over to the stretch behind a border."""
-    place[STRETCH_NOW] += direction
+@uncounted_kernel
+def enter(direction: float, theta: float, site: Site) -> None:
+    """Go over to the stretch behind a border; back from what the surface bears it is the elastic one."""
+    place = site.place
+    after = place[STRETCH_NOW] + direction
+    if direction == DOWN and after > 0.0:
+        left, bears, _ = paths.surface_at(site.pieces, place, site.x0, site.stride, site.lift, theta)
+        if border_of(after + 1.0, site.law, site.table) - left < bears:
+            after = 0.0
+    place[STRETCH_NOW] = after
     place[JOINED] = -direction

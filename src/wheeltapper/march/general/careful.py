@@ -231,7 +231,7 @@ def go_over(step: int, i: int, theta: float, direction: float, guess: float, lim
         if yields:
             _, slope = local.gap_at(theta, q, room.free, site)
             log_event(step, i, theta, contract.YIELD, slope / site.seconds, events, counts)
-        borders.enter(direction, place)
+        borders.enter(direction, theta, site)
         return FOUND, theta
     for turn in range(12):
         if at <= theta + SNAP:
@@ -254,7 +254,7 @@ def go_over(step: int, i: int, theta: float, direction: float, guess: float, lim
             log_row(step, i, theta, at, how, origin, span, s0, s1, n, room.N, rows, counts)
             if yields:
                 log_event(step, i, at + away, contract.YIELD, rate / site.seconds, events, counts)
-            borders.enter(direction, place)
+            borders.enter(direction, at, site)
             place[layout.BEGAN] = local.end_indentation(n, nodes, place, room)
             return FOUND, at
         at += min(max(away, 0.5 * (theta - at)), at - theta)
