@@ -74,8 +74,8 @@ STEP_TIME, STEP_LENGTH, STEP_CLOSED, STEP_ELEMENTS = range(4)
 # Numbers of the rails that give way: when the macro step began, its length in s, Gauss nodes, fours of wheelsets, and
 # where the moments of the forces begin in the state, and how far behind the answers of the rails together those of the
 # rails against one another are.
-RAIL_BEGAN, RAIL_SECONDS, RAIL_NODES, RAIL_FOURS, RAIL_STATES, RAIL_AGAINST = range(6)
-RAIL_NUMBERS = 6
+RAIL_BEGAN, RAIL_SECONDS, RAIL_LONGEST, RAIL_NODES, RAIL_FOURS, RAIL_STATES, RAIL_AGAINST = range(7)
+RAIL_NUMBERS = 7
 
 # Columns of a corner of an element: its deflection (or rate), the force there, and the rate of the damper in series.
 # Columns of a slider: its force, that at which it begins to slide, the stiffness of its spring (0: rigid), and a mark

@@ -263,21 +263,21 @@ class RailLog(NamedTuple):
 
     Attributes
     ----------
-    seconds
-        Length of a macro step.
+    ends
+        Of the macro steps while a bay is passed, from 0 on, s.
     free
         d of each macro step, (steps, …).
     local, answers
         r and B, (places in a bay, ...).
     """
 
-    seconds: float
+    ends: FloatArray
     free: FloatArray
     local: FloatArray
     answers: FloatArray
 
 
-RIGID: RailLog = RailLog(0.0, np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)))
+RIGID: RailLog = RailLog(np.zeros(2), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)))
 """That of a march on a stiff track."""
 
 

@@ -41,7 +41,7 @@ INVERSES = tuple(1.0 / (m + 1.0) for m in range(17))
 GRIP_SETTLED = 1e-13
 """Change of the grips that ends what depends on rates."""
 SHORTEST_LAG = 0.025
-"""Shortest time by which the rate of an indentation that is a state follows, in macro steps."""
+"""Shortest time by which the rate of an indentation that is a state follows, in the longest macro steps."""
 ONE = 1
 """Place of the size of one rail's coefficients in what `places_of` returns."""
 ROW_A, ROW_B, ROW_C, ROW_D = range(4)
@@ -80,14 +80,32 @@ def places_of(data: FloatArray, plan: IntArray) -> tuple[int, int, int, int, int
 
 
 @kernel
+def begin_of_step(step: int, ends: FloatArray) -> float:
+    """Return when a macro step begins, s; `ends` are those of a bay's, from 0 on."""
+    count = len(ends) - 1
+    return (step // count) * ends[count] + ends[step % count]
+
+
+@kernel
+def step_at(t: float, ends: FloatArray) -> int:
+    """Return the macro step in which a time lies."""
+    count = len(ends) - 1
+    bays = int(t / ends[count])
+    own = np.searchsorted(ends, t - bays * ends[count], "right") - 1
+    return bays * count + int(min(max(own, 0), count - 1))
+
+
+@kernel
 def enter_macro_step(
-    step: int, seconds: float, free: FloatArray, local: FloatArray, answers: FloatArray, data: FloatArray,
+    step: int, ends: FloatArray, free: FloatArray, local: FloatArray, answers: FloatArray, data: FloatArray,
     plan: IntArray,
 ) -> None:  # fmt: skip
     """Write what the wheels know of the rails in a macro step: d, r and B, flat."""
-    at = plan[asm.AT_RAILS]
-    data[at + asm.RAIL_BEGAN] = step * seconds
-    data[at + asm.RAIL_SECONDS] = seconds
+    at, own = plan[asm.AT_RAILS], step % (len(ends) - 1)
+    data[at + asm.RAIL_BEGAN] = begin_of_step(step, ends)
+    data[at + asm.RAIL_SECONDS] = ends[own + 1] - ends[own]
+    for k in range(len(ends) - 1):
+        data[at + asm.RAIL_LONGEST] = max(data[at + asm.RAIL_LONGEST], ends[k + 1] - ends[k])
     _, _, to_free, to_local, to_answers, _, _, _, _ = places_of(data, plan)
     data[to_free : to_free + len(free)] = free
     data[to_local : to_local + len(local)] = local
@@ -96,14 +114,14 @@ def enter_macro_step(
 
 @kernel
 def enter_logged_step(
-    t: float, seconds: float, free: FloatArray, local: FloatArray, answers: FloatArray, data: FloatArray,
+    t: float, ends: FloatArray, free: FloatArray, local: FloatArray, answers: FloatArray, data: FloatArray,
     plan: IntArray,
 ) -> None:  # fmt: skip
     """Do as `enter_macro_step` for the macro step in which a time lies, from a log; do nothing where there is none."""
-    if seconds > 0.0:
-        step = min(int(t / seconds), len(free) - 1)
+    if len(free) > 0:
+        step = min(step_at(t, ends), len(free) - 1)
         place = step % len(local)
-        enter_macro_step(step, seconds, free[step], local[place], answers[place], data, plan)
+        enter_macro_step(step, ends, free[step], local[place], answers[place], data, plan)
 
 
 @uncounted_kernel
@@ -303,7 +321,7 @@ def _press_by_rates(data: FloatArray, plan: IntArray, wheels: FloatArray) -> Non
     in the second derivative, and is never stiffer than τ', although τ ends with the force.
     """
     loss, treads = data[asm.MATERIAL_LOSS], int(data[asm.TREADS])
-    shortest = SHORTEST_LAG * data[plan[asm.AT_RAILS] + asm.RAIL_SECONDS]
+    shortest = SHORTEST_LAG * data[plan[asm.AT_RAILS] + asm.RAIL_LONGEST]
     for o in range(wheels.shape[0]):
         for row, free in wheel.FREED:
             for i in range(LANES):

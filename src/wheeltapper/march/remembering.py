@@ -15,6 +15,7 @@ from wheeltapper.march import passing, searching
 from wheeltapper.march import program as contract
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import LANES, Assembly, FlatAssembly, with_paths
+from wheeltapper.march.general.tables import Grid
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import FloatArray, IntArray
@@ -131,23 +132,23 @@ class Laying:
         Time up to which they are known, s.
     """
 
-    def __init__(self, memory: WagonMemory | None, assembly: Assembly, whole: float = 0.0) -> None:
+    def __init__(self, memory: WagonMemory | None, assembly: Assembly, grid: Grid | None = None) -> None:
         self.assembly, self._end = assembly, float(assembly.numbers[asm.RUN_END])
-        self._marking, self._lasts, self._whole = None, np.inf, whole
+        self._marking, self._lasts, self._grid = None, np.inf, grid
         speed = float(assembly.numbers[asm.SPEED])
         if memory is not None and speed > 0.0:
             self._marking, self._lasts = memory.begin(), memory.reach / speed
-        self._turns = 0
+        self._step, self.until = 0, 0.0
         self.until = self._next()
 
     def _next(self) -> float:
         """Return until when the march may go on; on rails that give way these are whole macro steps."""
-        self._turns += 1
-        if self._lasts == np.inf:
-            return self._end
-        if not self._whole:
-            return min(self._end, self._turns * self._lasts)
-        return min(self._end, self._turns * max(1, int(self._lasts / self._whole)) * self._whole)
+        known = min(self._end, self.until + self._lasts)
+        if self._grid is None or known == self._end:
+            return known
+        step = int(self._grid.steps(np.array(known)) + 1e-9)
+        self._step = max(step, self._step + 1)
+        return min(self._end, float(self._grid.times(np.array(self._step))))
 
     @property
     def paths(self) -> Paths | None:

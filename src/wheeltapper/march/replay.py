@@ -66,7 +66,7 @@ def _repeat_step(
 
 @kernel
 def replay_kernel(
-    data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, seconds: float,
+    data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, ends: FloatArray,
     free: FloatArray, local: FloatArray, answers: FloatArray, times: FloatArray, rows: IntArray,
     wheels: FloatArray, pieces: FloatArray, Q: FloatArray, out: FloatArray, out_rates: FloatArray,
     out_wheels: FloatArray,
@@ -84,7 +84,7 @@ def replay_kernel(
             pass_breaks(steps[row, asm.STEP_TIME], data, plan, wheels)
         if entered != row:
             middle = steps[row, asm.STEP_TIME] + 0.5 * steps[row, asm.STEP_LENGTH]
-            enter_logged_step(middle, seconds, free, local, answers, data, plan)
+            enter_logged_step(middle, ends, free, local, answers, data, plan)
             _repeat_step(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
             entered = row
         t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
@@ -264,7 +264,7 @@ def _elastic_energy(data: FloatArray, plan: IntArray, w: FloatArray, wheels: Flo
 
 @kernel
 def energy_kernel(
-    data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, seconds: float,
+    data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, ends: FloatArray,
     free: FloatArray, local: FloatArray, answers: FloatArray, damping: FloatArray, places: IntArray,
     nodes: FloatArray, weights: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray,
     works: FloatArray, impulses: FloatArray, elastic: FloatArray,
@@ -280,7 +280,7 @@ def energy_kernel(
     for row in range(steps.shape[0]):
         t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
         pass_breaks(t, data, plan, wheels)
-        enter_logged_step(t + 0.5 * h, seconds, free, local, answers, data, plan)
+        enter_logged_step(t + 0.5 * h, ends, free, local, answers, data, plan)
         _repeat_step(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
         contact_forces(t, data, plan, w, wheels)
         elastic[row, BEGINS] = _elastic_energy(data, plan, w, wheels, pieces)
@@ -310,7 +310,7 @@ def replay(A: asm.Assembly, march: MultibodyMarch, times: FloatArray, rows: IntA
     out_rates = np.empty_like(out)
     out_wheels = np.empty((len(times), len(rows), work.wheels.shape[0] * LANES))
     replay_kernel(
-        *asm.flattened_assembly(A), A.start, march.steps, march.states, rails.seconds, rails.free, rails.local,
+        *asm.flattened_assembly(A), A.start, march.steps, march.states, rails.ends, rails.free, rails.local,
         rails.answers, times, rows, work.wheels, work.pieces, work.Q, out, out_rates, out_wheels,
     )  # fmt: skip
     return out, out_rates, out_wheels
@@ -324,7 +324,7 @@ def works(A: asm.Assembly, march: MultibodyMarch, damping: FloatArray, places: I
     count = len(march.steps)
     done = np.zeros((count, POWERS_KEPT)), np.zeros((count, work.wheels.shape[0] * LANES)), np.zeros((count, 2))
     energy_kernel(
-        *asm.flattened_assembly(A), A.start, march.steps, march.states, rails.seconds, rails.free, rails.local,
+        *asm.flattened_assembly(A), A.start, march.steps, march.states, rails.ends, rails.free, rails.local,
         rails.answers, damping, places, 0.5 * (nodes + 1.0), 0.5 * weights, work.wheels, work.pieces, work.Q, *done,
     )  # fmt: skip
     return done

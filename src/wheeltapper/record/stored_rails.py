@@ -72,9 +72,9 @@ def read(data: xr.Dataset, assembly: Assembly, scenario: Scenario) -> tuple[OnRa
         raise InputError("", "task", f"numbers of no track ({error})"[:120], UNDAMAGED) from error
     free = table(data, "rails_free", None, coefficients)
     end = stored.stored_attribute(data, "end", float)
-    enough = len(free) * made.seconds >= end * (1.0 - 1e-9)
+    enough = float(made.grid.times(np.array(len(free)))) >= end * (1.0 - 1e-9)
     check("rails_free", np.array([float(len(free))]), enough, "a row for each macro step")
-    return below, RailLog(made.seconds, free, made.local, made.answers)
+    return below, RailLog(made.grid.ends, free, made.local, made.answers)
 
 
 def _below(parts: dict[str, Any], assembly: Assembly, scenario: Scenario) -> OnRails:

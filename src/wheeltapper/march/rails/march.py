@@ -25,7 +25,7 @@ from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import MultibodyMarch, RailLog
 from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import DONE, FULL, SOFT, FloatArray, IntArray
-from wheeltapper.march.rail_motion import enter_macro_step
+from wheeltapper.march.rail_motion import begin_of_step, enter_macro_step
 from wheeltapper.march.rails.modes import (
     AGAINST,
     TOGETHER,
@@ -77,7 +77,7 @@ march_at = MARCH.call
 
 @kernel
 def rails_kernel(
-    address: int, end: float, seconds: float, reads: FloatArray, writes: FloatArray, first: IntArray,
+    address: int, end: float, ends: FloatArray, which: IntArray, reads: FloatArray, writes: FloatArray, first: IntArray,
     decay: FloatArray, turns: FloatArray, modes: FloatArray, reads_2: FloatArray, writes_2: FloatArray,
     first_2: IntArray, decay_2: FloatArray, turns_2: FloatArray, modes_2: FloatArray, sets: IntArray, phase: IntArray,
     bay: IntArray, local: FloatArray, answers: FloatArray, sinking: FloatArray, length: float, force: float,
@@ -94,7 +94,7 @@ def rails_kernel(
     lanes = kept.shape[1]
     moments, spare, spare_2 = np.empty(free.shape[1:]), np.empty_like(modes), np.empty_like(modes_2)
     while True:
-        data[asm.RUN_END] = min(end, made[0] * seconds)
+        data[asm.RUN_END] = min(end, begin_of_step(made[0], ends))
         status = march_at(
             address, data, plan, scales, w, wheels, pieces, steps, states, events, peaks, K, F, Q, kept, S
         )  # fmt: skip
@@ -109,8 +109,12 @@ def rails_kernel(
         moments[TOGETHER] = (of_rails[LEFT] + of_rails[RIGHT]) * (0.5 / force)
         moments[AGAINST] = (of_rails[LEFT] - of_rails[RIGHT]) * (0.5 / force)
         of_rails[:] = 0.0
-        write_rails(step - 1, writes, first, decay, turns, sets, phase, bay, moments[TOGETHER], modes, spare)
-        write_rails(step - 1, writes_2, first_2, decay_2, turns_2, sets, phase, bay, moments[AGAINST], modes_2, spare_2)
+        length_of = which[(step - 1) % len(which)]
+        write_rails(step - 1, writes, first, decay[length_of], turns, sets, phase, bay, moments[TOGETHER], modes, spare)
+        write_rails(
+            step - 1, writes_2, first_2, decay_2[length_of], turns_2, sets, phase, bay, moments[AGAINST], modes_2,
+            spare_2,
+        )  # fmt: skip
         read_rails(
             step, reads, first, turns, sets, phase, bay, modes, spare, length, sinking[TOGETHER], free[step, TOGETHER]
         )  # fmt: skip
@@ -119,7 +123,7 @@ def rails_kernel(
             free[step, AGAINST],
         )  # fmt: skip
         place = step % len(local)
-        enter_macro_step(step, seconds, free[step].reshape(-1), local[place], answers[place], data, plan)
+        enter_macro_step(step, ends, free[step].reshape(-1), local[place], answers[place], data, plan)
         made[0] += 1
         # -- go on
         searching.keep_contacts(wheels, kept)
@@ -157,18 +161,19 @@ def march(
     flat, work = asm.flattened_assembly(A), multibody.work_for(A)
     made = np.ones(1, dtype=np.int64)
     modes, free = first_macro_step(task, tables)
-    enter_macro_step(0, tables.seconds, free[0].ravel(), tables.local[0], tables.answers[0], *flat)
+    grid = tables.grid
+    enter_macro_step(0, grid.ends, free[0].ravel(), tables.local[0], tables.answers[0], *flat)
     scales = _with_moments(A, tables)
     passing.start_kernel(*flat, A.start, work.w, work.wheels, work.pieces, work.S)
     log_first_yields(work)
     units, (one, other) = task.track.units, (tables.ways[TOGETHER], tables.ways[-1])
-    laying = Laying(memory, A, tables.seconds)
+    laying = Laying(memory, A, grid)
     while True:
         room = work.steps[: int(work.S[passing.RUN_STEPS]) + telling.WAGON_CHUNK]
         status = rails_kernel(
-            MARCH.address, laying.until, tables.seconds, *one, modes[TOGETHER], *other, modes[AGAINST], tables.sets,
-            tables.phase, tables.bay, tables.local, tables.answers, ways_of(task.sinking), units.length, units.force,
-            free, made, *flat, scales, *work._replace(steps=room),
+            MARCH.address, laying.until, grid.ends, grid.which, *one, modes[TOGETHER], *other, modes[AGAINST],
+            tables.sets, tables.phase, tables.bay, tables.local, tables.answers, ways_of(task.sinking), units.length,
+            units.force, free, made, *flat, scales, *work._replace(steps=room),
         )  # fmt: skip
         if laying.goes_on(status):
             flat = laying.lay(_found_so_far(status, work, tables, free[: made[0]]), flat)
@@ -181,7 +186,7 @@ def march(
 
 def _found_so_far(status: int, work: multibody.Work, tables: RailTables, free: FloatArray) -> MultibodyMarch:
     """Return what a march has found so far, with the log of its macro steps."""
-    log = RailLog(tables.seconds, free.reshape(len(free), -1), tables.local, tables.answers)
+    log = RailLog(tables.grid.ends, free.reshape(len(free), -1), tables.local, tables.answers)
     return multibody.found_so_far(status, work)._replace(rails=log)
 
 

@@ -17,7 +17,7 @@ from wheeltapper.march.general.contract import Bodies, Contact, Law, Method, Sys
 from wheeltapper.march.general.layout import BEGIN, IM, RE
 from wheeltapper.march.general.modal import add_turned_back, read_modes, turn, turned, write_modes
 from wheeltapper.march.general.structure import Ring
-from wheeltapper.march.general.tables import TrackTables, Units, track_tables, without_bodies
+from wheeltapper.march.general.tables import Grid, TrackTables, Units, longest_step, track_tables, without_bodies
 from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
@@ -69,8 +69,8 @@ class RailTables(NamedTuple):
 
     Attributes
     ----------
-    seconds
-        Length of a macro step.
+    grid
+        The macro steps.
     ways
         Of each way to move; once where both are the same.
     sets, phase, bay
@@ -82,7 +82,7 @@ class RailTables(NamedTuple):
         Of all places: (places, ways·square of that), force first.
     """
 
-    seconds: float
+    grid: Grid
     ways: tuple[WayTables, ...]
     sets: IntArray
     phase: IntArray
@@ -98,17 +98,21 @@ def tables_of(track: Track, duration: float) -> RailTables:
     held = [without_bodies(one, track.method) for one in made]
     cross = [compliance * (transform @ one.cross @ transform.T) for one in held]  # (wheel, other, places, m, l)
     residual = compliance * np.mean([one.residual for one in held], axis=0)
-    ways = tuple(WayTables(one.reads, one.writes, one.first, one.decay[0], one.turns) for one in held)
+    ways = tuple(WayTables(one.reads, one.writes, one.first, one.decay, one.turns) for one in held)
     return RailTables(
-        made[TOGETHER].grid.longest, ways, held[TOGETHER].sets, held[TOGETHER].phase, held[TOGETHER].bay,
+        made[TOGETHER].grid, ways, held[TOGETHER].sets, held[TOGETHER].phase, held[TOGETHER].bay,
         _in_fours(residual.transpose(1, 0, 2), 1),
         np.hstack([_in_fours(one.transpose(2, 1, 4, 0, 3), 3, 1) for one in cross]),
     )  # fmt: skip
 
 
 def tables_for(track: Track, way: int, duration: float) -> TrackTables:
-    """Return what the general march makes of one way of a track to move, for a duration, s; all its steps are equal."""
-    return track_tables(system_of(track, way), track.method, track.units, duration, even=True)
+    """Return what the general march makes of one way of a track to move, for a duration, s.
+
+    Both ways have the same macro steps, those of the faster one.
+    """
+    method = track.method._replace(step=min(longest_step(ring, track.method) for ring in track.rings))
+    return track_tables(system_of(track, way), method, track.units, duration)
 
 
 def fours_of(wheelsets: int) -> int:

@@ -61,7 +61,7 @@ class RailsReplay:
         self._task, self._march, track = task, march, task.track
         self._wheelsets = len(track.places)
         made = [tables_for(track, way, float(march.end)) for way in range(len(track.rings))]
-        self._seconds, self._force = made[0].grid.longest, track.units.force
+        self._grid, self._force = made[0].grid, track.units.force
         moments, self._runs = self._moments_of_macro_steps(), []
         for way, (ring, amplitudes) in enumerate(zip(track.rings, task.modes, strict=True)):
             held = amplitudes[np.argsort(np.abs(ring.rates), kind="stable")]
@@ -73,7 +73,7 @@ class RailsReplay:
     def _macro_steps(self) -> IntArray:
         """Return the macro step of each step of the vehicle."""
         begins, lengths = self._march.steps[:, asm.STEP_TIME], self._march.steps[:, asm.STEP_LENGTH]
-        return np.asarray(((begins + 0.5 * lengths) / self._seconds).astype(np.int64))
+        return np.asarray(np.floor(self._grid.steps(begins + 0.5 * lengths)).astype(np.int64))
 
     def _moments_of_macro_steps(self) -> FloatArray:
         """Return the moments of both ways at the ends of all macro steps, and of the last one at the end of the march.
@@ -113,14 +113,14 @@ class RailsReplay:
         near, far = (self._forces(rows[some])[:, 1] for some in back[1:])
         bend = (4.0 * near - far - 3.0 * rate) / (2.0 * away[:, None, None])
         moments, step = self._as_moments(states[back[0]]), self._macro_steps()[row]
-        theta = np.clip(times / self._seconds - step, 0.0, 1.0)
-        by_time = self._seconds / self._force
+        seconds = self._grid.seconds(step)
+        theta = np.clip((times - self._grid.times(step)) / seconds, 0.0, 1.0)
         out = []
         for way, (run, starts) in enumerate(zip(self._runs, self._starts, strict=True)):
             felt = [
                 At(
-                    force[:, way, i] / self._force, rate[:, way, i] * by_time,
-                    bend[:, way, i] * by_time * self._seconds, moments[:, way, i],
+                    force[:, way, i] / self._force, rate[:, way, i] * seconds / self._force,
+                    bend[:, way, i] * seconds**2 / self._force, moments[:, way, i],
                 )
                 for i in range(self._wheelsets)
             ]  # fmt: skip
