@@ -271,9 +271,10 @@ def test_wheels_that_follow_are_passes_of_the_yielding_contacts_march(kind):
         assert found[: len(events)] == pytest.approx(expected, abs=1e-11, rel=0)
         assert own.kind.values[: len(events)].tolist() == [KINDS[int(kind)] for kind in events[:, contract.EVENT_KIND]]
         surface, _ = line.after_pass(surface, number)
-        peaks = march.peaks[march.peaks[:, contract.PEAK_TIME] * unit < 0.19, contract.PEAK_FORCE]
-        own_peaks = record.peaks.isel(peak=record.peaks.wheelset == number + 1).normal_force.values[: len(peaks)]
-        assert own_peaks == pytest.approx(peaks * HEAVY["mass"] * length / unit**2, rel=1e-9)
+        largest = march.peaks[march.peaks[:, contract.PEAK_TIME] * unit < 0.19, contract.PEAK_FORCE].max()
+        own_peaks = record.peaks.isel(peak=record.peaks.wheelset == number + 1)
+        own_peaks = own_peaks.normal_force.values[own_peaks.time.values - number * gap / 10.0 < 0.19]
+        assert own_peaks.max() == pytest.approx(largest * HEAVY["mass"] * length / unit**2, rel=1e-9)
     marks = wt.wear.marks(record).table
     left = marks.permanent_indentation.interp(position=line.sample_positions[50:-300]).values
     assert left == pytest.approx(surface.settled_indentation()[50 : len(line.sample_positions) - 300], abs=2e-10)

@@ -29,12 +29,16 @@ def drawn(rng):
     return float(rng.uniform(0.7, 3.0)) * MASS * GRAVITY, ride
 
 
+DECK = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)
+
+
 @pytest.mark.parametrize("kind", LAWS)
 @pytest.mark.parametrize(("method", "allowed", "force"), [("default", 5e-9, 3e-6), ("strict", 2e-11, 1e-8)])
 def test_a_wagon_that_only_bounces_is_a_wheelset(kind, method, allowed, force):
     rng, seen, balance = np.random.default_rng(5), 0, 1e-6 if method == "default" else 1e-8
-    for _ in range(6):
+    for number in range(8):
         begins, ride = drawn(rng)
+        ride |= {"track": wt.StiffTrack() if number < 6 else DECK}
         of_wheel, of_wheelset = (
             kind(yield_force=begins, **constant)
             for constant in ({"constant_per_wheel": CONSTANT}, {"constant": 2 * CONSTANT})
@@ -159,24 +163,32 @@ def test_a_wheelset_thrown_aside_is_that_of_another_program(kind, law):
 # -- memory between wheels ---------------------------------------------------------------------------------------------
 
 
+RIDES = {
+    "rigid": (wt.StiffTrack(), wt.CosineBump(height=3e-4, length=0.05, start=0.3), 1.6e5, 4),
+    "sleepers": (TRACK, wt.Corrugation(amplitude=2e-4, wavelength=0.1, start=0.05), 1.2e5, 50),
+}
+
+
 @pytest.mark.parametrize("kind", [wt.contact.Thornton, wt.contact.KogutEtsion])
-@pytest.mark.parametrize(("method", "allowed"), [("default", 2e-8), ("strict", 1e-10)])
-@pytest.mark.parametrize("track", [wt.StiffTrack(), TRACK], ids=["rigid", "sleepers"])
-def test_half_a_coach_over_its_own_marks_is_a_bogie(kind, track, method, allowed):
+@pytest.mark.parametrize(("method", "allowed", "balance"), [("default", 2e-8, 1e-6), ("strict", 1e-10, 1e-8)])
+@pytest.mark.parametrize("name", [*RIDES])
+def test_half_a_coach_over_its_own_marks_is_a_bogie(kind, name, method, allowed, balance):
+    track, irregularity, begins, least = RIDES[name]
     common = {
-        "contact": kind(constant_per_wheel=8e10, yield_force=1.6e5), "speed": 20.0, "duration": 0.17,
-        "irregularity": wt.CosineBump(height=3e-4, length=0.05, start=0.3), "rolling": "point", "track": track,
+        "contact": kind(constant_per_wheel=8e10, yield_force=begins), "speed": 20.0, "duration": 0.17,
+        "irregularity": irregularity, "rolling": "point", "track": track,
     }  # fmt: skip
     coach = wt.simulate(wt.Scenario(vehicle=half_coach(), profiles=LEVEL, **common), method)
     load = float(coach.static_forces[0].sum())
     bogie = wt.simulate(wt.Scenario(vehicle=wt.vehicles.Bogie(wheel_load=load, **NUMBERS), **common), method)
-    assert (bogie.events.kind == "yield").sum() >= 4
-    assert {1, 2} == {*bogie.events.wheelset.values[bogie.events.kind.values == "yield"].tolist()}
+    yields = bogie.events.kind.values == "yield"
+    assert yields.sum() >= least
+    assert {1, 2} == {*bogie.events.wheelset.values[yields].tolist()}
     for side in ("left", "right"):
         own = of_side(coach.events, side)
         assert own.kind.values.tolist() == bogie.events.kind.values.tolist()
         np.testing.assert_allclose(own.time, bogie.events.time, rtol=0, atol=allowed)
-    assert abs(float(coach.energy.relative_imbalance)) < 1e-7
+    assert abs(float(coach.energy.relative_imbalance)) < balance
 
 
 def row_of_wheelsets(count, gap):

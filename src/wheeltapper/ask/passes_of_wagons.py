@@ -124,7 +124,7 @@ class RailLineOfWagons:
         assembly, memory = march.paved(lowered.assembly), lowered.memory
         assert memory is not None  # as rails with marks have
         marking = memory.begin()
-        marking.press(assembly, march)
+        marking.press(assembly, march, everywhere=True)
         pressures = np.concatenate([one for rail in marking.sides for one in rail.pressures])
         unit = WHEELS * constant_of(assembly) * onset_of(assembly) ** 1.5
         elastic, beyond = float(np.mean(pressures <= 1.0)), float(np.mean(pressures > SHAKEDOWN))

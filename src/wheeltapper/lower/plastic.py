@@ -104,7 +104,9 @@ def loading_force(law: FloatArray, depth: FloatArray) -> FloatArray:
 def left_after(law: FloatArray, depth: FloatArray) -> FloatArray:
     """Return the residual indentation after unloading from indentations, in the law's units."""
     depth = np.asarray(depth, dtype=float)
-    return np.where(depth <= law[0, contract.LAW_START], 0.0, _evaluated_columns(law, depth, contract.LAW_RESIDUAL))
+    out, beyond = np.zeros_like(depth), depth > law[0, contract.LAW_START]  # most of a rail has not yielded
+    out[beyond] = _evaluated_columns(law, depth[beyond], contract.LAW_RESIDUAL)
+    return out
 
 
 def stored_below(law: FloatArray, depth: FloatArray) -> FloatArray:

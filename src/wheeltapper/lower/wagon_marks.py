@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario
@@ -131,23 +132,33 @@ class WagonMarking:
         self._memory = memory
         self.sides = tuple(rail.begin() for rail in memory.rails)
 
-    def press(self, assembly: Assembly, found: MultibodyMarch) -> None:
-        """Take what the wheels of a march have pressed since the last time."""
+    def press(self, assembly: Assembly, found: MultibodyMarch, everywhere: bool = False) -> None:
+        """Take what the wheels of a march have pressed since the last time.
+
+        Where a wheel presses elastically it leaves nothing: how deep it presses there, and with which force, is only
+        read if asked for `everywhere`.
+        """
         memory, speed = self._memory, float(assembly.numbers[asm.SPEED])
         way = min(speed * float(found.end), memory.rails[0].end)
         offsets = memory.rails[0].offsets
         passed = list(self.sides[0].ahead(way))
         asked = [(places - offsets[wheel]) / speed for wheel, places in passed]
-        times = np.unique(np.concatenate([np.zeros(0), *asked]))
-        if not len(times):
-            return
-        read = read_contacts(assembly, found, times)
+        wanted = [
+            [np.full(len(times), True) if everywhere else yields_at(assembly, found, times, lane_of(wheel, side))
+             for side in range(len(SIDES))]
+            for (wheel, _), times in zip(passed, asked, strict=True)
+        ]  # fmt: skip
+        some = [times[one | other] for times, (one, other) in zip(asked, wanted, strict=True)]
+        read_at = np.unique(np.concatenate([np.zeros(0), *some]))
+        read = read_contacts(assembly, found, read_at)
         force = memory.constant * onset_of(assembly) ** 1.5
         for side, marking in enumerate(self.sides):
-            for (wheel, _), own in zip(passed, asked, strict=True):
-                rows = read[np.searchsorted(times, own), :, lane_of(wheel, side)]
+            for (wheel, _), times, each in zip(passed, asked, wanted, strict=True):
+                depths, pressures, here = np.zeros(len(times)), np.zeros(len(times)), each[side]
+                rows = read[np.searchsorted(read_at, times[here]), :, lane_of(wheel, side)]
                 delta, left, normal, _ = rows.T
-                marking.take(wheel, np.maximum(delta, 0.0) + left, normal / force)
+                depths[here], pressures[here] = np.maximum(delta, 0.0) + left, normal / force
+                marking.take(wheel, depths, pressures)
 
     def paths(self) -> Paths:
         """Return the paths of all wheels over the surfaces as they are known."""
@@ -157,6 +168,14 @@ class WagonMarking:
 def lane_of(wheelset: int, side: int) -> int:
     """Return the lane of a tread."""
     return wheelset // HALF * LANES + side * HALF + wheelset % HALF
+
+
+def yields_at(assembly: Assembly, found: MultibodyMarch, times: FloatArray, lane: int) -> NDArray[np.bool_]:
+    """Return whether a tread yields at some times of a march, by its steps."""
+    steps = found.steps
+    row = np.clip(np.searchsorted(steps[:, asm.STEP_TIME], times, side="right") - 1, 0, None)
+    column = steps.shape[1] - assembly.stretch_columns + lane
+    return np.asarray(steps[row, column] > 0.0)
 
 
 def path_of(assembly: Assembly, lane: int) -> PathTable:

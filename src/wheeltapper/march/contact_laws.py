@@ -112,24 +112,19 @@ def yield_growth(i: int, data: FloatArray, L: FloatArray) -> tuple[float, float]
 def yield_energy(i: int, data: FloatArray, L: FloatArray) -> tuple[float, float]:
     """Return the elastic energy of a contact that may yield, J, and how it grows at a constant indentation, W.
 
-    The indentation of the virgin surface has passed all stretches below the present one.
+    Beyond the elastic stretch it is the work of loading a virgin surface so far. Where a surface with marks begins to
+    yield it jumps by what this is more than what the surface stores.
     """
     c, gap = L[wheel.ROOT_C + i], max(L[wheel.ROW_DELTA + i], 0.0)
-    factor, factor_rate = L[wheel.BULGE + i], L[wheel.BULGE_RATE + i]
     if L[wheel.STRETCH + i] == 0.0:
         whole = 0.4 * sqrt(gap) * gap * gap
-        stored, growth = factor * whole, factor_rate * whole
+        stored, growth = L[wheel.BULGE + i] * whole, L[wheel.BULGE_RATE + i] * whole
     else:
         numbers, table = yield_law(data)
-        onset, left, bears = numbers[PLASTIC_ONSET], L[wheel.LEFT + i], L[wheel.BEARS + i]
-        left_rate, bears_rate = L[wheel.LEFT_RATE + i], L[wheel.BEARS_RATE + i]
-        elastic = sqrt(bears) * bears
+        onset, left = numbers[PLASTIC_ONSET], L[wheel.LEFT + i]
         unit = onset * sqrt(onset)
         force, done = virgin_force((gap + left) / onset, asm.PIECE_STORED, numbers, table)
-        least, before = virgin_force((bears + left) / onset, asm.PIECE_STORED, numbers, table)
-        stored = 0.4 * factor * elastic * bears + unit * onset * (done - before)
-        growth = 0.4 * factor_rate * elastic * bears + factor * elastic * bears_rate
-        growth += unit * (force * left_rate - least * (left_rate + bears_rate))
+        stored, growth = unit * onset * done, unit * force * L[wheel.LEFT_RATE + i]
     return c * c * c * stored, c * c * (3.0 * L[wheel.ROOT_C_RATE + i] * stored + c * growth)
 
 

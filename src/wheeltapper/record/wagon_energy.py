@@ -85,6 +85,16 @@ def _energy_of_slips(lowered: LoweredWagon, march: MultibodyMarch) -> float:
     return float(begins @ (0.5 * (limit**2 - force**2) / stiffness))
 
 
+def _changes_stretch(lowered: LoweredWagon, march: MultibodyMarch) -> NDArray[np.bool_]:
+    """Return whether any tread begins or ends to yield between each step and the next one.
+
+    There the energy of a contact over marks jumps by what these have done to it before (`march.contact_laws`).
+    """
+    columns = march.steps.shape[1] - lowered.assembly.stretch_columns
+    stretches = march.steps[:, columns:]
+    return np.asarray((stretches[1:] != stretches[:-1]).any(axis=1))
+
+
 def balance(
     lowered: LoweredWagon, march: MultibodyMarch, works: tuple[FloatArray, ...], scenario: Scenario
 ) -> xr.Dataset:
@@ -101,13 +111,15 @@ def balance(
     sliders, lossy = lowered.structure.sliders, HYSTERESIS in scenario.needs
     kinetic, springs = _stored_energies(lowered, np.vstack([march.states, march.state]), scenario)
     elastic = springs[-1] - springs[0] + contacts[-1, 1] - contacts[0, 0]
-    jumps = float((contacts[1:, 0] - contacts[:-1, 1]).sum())
+    jumped = contacts[1:, 0] - contacts[:-1, 1]
+    yielded = _changes_stretch(lowered, march)
+    jumps, shaped = float(jumped[~yielded].sum()), float(jumped[yielded].sum())
     total = done.sum(axis=0)
     load = total[replay.LOAD_POWER] + total[replay.STAND_IN_POWER]
     slipped = _energy_of_slips(lowered, march)
     path = total[replay.PATH_POWER] + jumps + slipped
     rubbed = total[replay.SLIDER_POWER] + slipped
-    imbalance = kinetic[-1] - kinetic[0] + elastic - jumps - total @ SIGNS
+    imbalance = kinetic[-1] - kinetic[0] + elastic - jumps - shaped - total @ SIGNS
     exchanged = float(kinetic.max() + contacts.max() + np.abs(done).sum())
     values = {
         "kinetic": (kinetic[-1] - kinetic[0], "change of kinetic energy"),
@@ -120,7 +132,7 @@ def balance(
         **({"element_friction": (rubbed, "energy dissipated by dry friction in elements")} if sliders else {}),
         "work_of_load": (load, "work of the static loads"),
         "work_of_irregularity": (path, "work of the irregularity"),
-        "work_of_shape": (total[replay.SHAPE_POWER], "work of the contacts' changing shape"),
+        "work_of_shape": (total[replay.SHAPE_POWER] + shaped, "work of the contacts' changing shape"),
         **({"given_to_track": (total[replay.RAIL_POWER], "work on the rails")} if lowered.below is not None else {}),
         "work_of_drive": (total[replay.DRIVE_POWER], "work of what keeps the speed"),
         "imbalance": (imbalance, "what is missing in the balance"),
