@@ -24,6 +24,7 @@ REFUSED = [
     ({"contact.hysteresis": [0.1]}, {}, "contact.hysteresis", "nothing set"),
     ({"vehicle.mas": [1.0]}, {}, "vehicle.mas", "no such field"),
     ({"irregularity.1.height": [1.0]}, {}, "irregularity.1.height", "no such field"),
+    ({"irregularity.height": [1.0]}, {}, "irregularity.height", "as in 'irregularity.0.height'"),
     ({"vehicle.mass": [1500, -1]}, {}, "vehicle.mass", "-1"),
     ({"vehicle.mass": ["5 m"]}, {}, "vehicle.mass", "5 m"),
     ({"vehicle.mass": []}, {}, "vehicle.mass", "no values"),

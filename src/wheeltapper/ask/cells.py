@@ -164,7 +164,7 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
             from wheeltapper.ask.on_rails import computed_on_rails
             from wheeltapper.ask.sensitivity_on_rails import slopes_on_rails
 
-            return slopes_on_rails(asked, changed) if asked.gradient else computed_on_rails(asked, changed, threads)
+            return (slopes_on_rails if asked.gradient else computed_on_rails)(asked, changed, threads)
         many = LoweredCells(asked.scenario, changed, asked.method)
         _set_end(asked, many.cells.numbers)
         return _computed_gradients(asked, many, threads) if asked.gradient else _computed_values(asked, many, threads)

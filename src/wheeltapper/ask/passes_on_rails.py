@@ -14,11 +14,11 @@ from wheeltapper.ground.notes import Note
 from wheeltapper.lower.marks import SEMI_AXIS, Surface
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.lower.on_rails import (
-    GENERAL_METHODS,
     UnderWheels,
     checked_way,
     lower_on_rails,
     memory_of,
+    method_on,
     on_wheels,
     paths_of,
     remembering,
@@ -123,7 +123,7 @@ class RailLineOnTrack:
         moved = tuple(one._replace(position=one.position + start) for one in system.wheels)
         system = system._replace(contacts=moved + system.contacts[len(moved) :])
         several = memory if len(moved) > 1 else None
-        march = run.march(Task(system, GENERAL_METHODS[self._method], length / speed, several))
+        march = run.march(Task(system, method_on(system.ring, self._method), length / speed, several))
         marking = memory.begin()
         marking.press(march.found)
         pressures = np.concatenate(marking.pressures)

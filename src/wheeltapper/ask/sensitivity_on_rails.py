@@ -24,7 +24,7 @@ from wheeltapper.march import run
 from wheeltapper.record.kinds import kind_of
 from wheeltapper.record.record import Record
 from wheeltapper.record.record_trains import trains_of
-from wheeltapper.record.simulate import say_that_it_compiles
+from wheeltapper.record.simulate import say_that_it_compiles, side_by_side
 from wheeltapper.record.trains import Trains
 
 if TYPE_CHECKING:
@@ -40,16 +40,17 @@ nothing."""
 OF_TIME, OF_SIZE = range(2)
 
 
-def slopes_on_rails(asked: Study, changed: dict[str, FloatArray]) -> ComputedCells:
-    """Compute some cells of a study on rails, one after the other: features and their derivatives."""
-    count, parts = progress_counter("cells", len(next(iter(changed.values())))), []
-    for values in zip(*changed.values(), strict=True):
-        beside = {
-            path: value for path, value in zip(changed, values, strict=True) if value != Fields(asked.scenario)(path)
-        }
-        parts.append(_slopes_of(asked, asked.scenario.replaced(beside) if beside else asked.scenario))
-        count(1)
-    return ComputedCells.joined_parts(parts)
+def slopes_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int) -> ComputedCells:
+    """Compute some cells of a study on rails: features and their derivatives."""
+    count = progress_counter("cells", len(next(iter(changed.values()))))
+    held = Fields(asked.scenario)
+
+    def slopes_of_cell(values: tuple[float, ...]) -> ComputedCells:
+        beside = {path: value for path, value in zip(changed, values, strict=True) if value != held(path)}
+        return _slopes_of(asked, asked.scenario.replaced(beside) if beside else asked.scenario)
+
+    cells = list(zip(*changed.values(), strict=True))
+    return ComputedCells.joined_parts(side_by_side(slopes_of_cell, cells, threads, lambda: count(1)))
 
 
 def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:

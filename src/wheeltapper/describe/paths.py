@@ -20,7 +20,8 @@ def held_at(root: Noun, path: str) -> tuple[Noun, str, Any]:
     if not isinstance(path, str):
         raise InputError("", value_text(path), "no path", 'a path of a field, as "vehicle.damping"')
     holder, name, value = root, "", root
-    for part in path.split("."):
+    parts = path.split(".")
+    for place, part in enumerate(parts):
         holder, name = (value, part) if isinstance(value, Noun) else (holder, name)
         if isinstance(value, Noun) and part in type(value).model_fields:
             value = getattr(value, part)
@@ -32,5 +33,8 @@ def held_at(root: Noun, path: str) -> tuple[Noun, str, Any]:
             items = value if isinstance(value, tuple) else ()
             known = type(value).model_fields if isinstance(value, Noun) else range(len(items))
             allowed = with_suggestion(part, map(str, known)) or "nothing here"
+            if items and not part.isdigit():
+                numbered = ".".join([*parts[:place], "0", *parts[place:]])
+                allowed = f"the number of an item before it, as in {numbered!r}"
             raise InputError("", path, f"no such field {part!r}", allowed)
     return holder, name, value

@@ -50,6 +50,9 @@ FloatArray = NDArray[np.float64]
 DECK = "deck"
 """Name of the freedom that is a deck."""
 GENERAL_METHODS = {"default": general.DEFAULT, "strict": general.STRICT}
+NODES_OF_BODIES = 10
+"""Nodes of a macro step where no modes have to be resolved. The fastest ones need more of the strict method; for what
+contacts feel of each other's kinks, which is a polynomial, more are no better."""
 KINKED_STEP = 0.5
 """Longest macro step of suspensions with kinks over that of others: what contacts feel of each other's kinks in a step
 is smoothed. On rails the track's modes make it short."""
@@ -339,6 +342,12 @@ def system_of(vehicle: OnWheels, under: UnderWheels, tables: Sequence[PathTable]
     return general.System(bodies, contacts + stay, speed, ring)
 
 
+def method_on(ring: Ring | None, method: str) -> general.Method:
+    """Return how macro steps are made over the modes of a track, or without any."""
+    how = GENERAL_METHODS[method]
+    return how._replace(nodes=NODES_OF_BODIES) if ring is None else how
+
+
 def _stayed(law: general.Law, port: general.Port) -> general.Contact:
     """Return a contact that stays where it is."""
     level = blank_rows(1)
@@ -351,7 +360,8 @@ def task_of(
     duration: float, method: str,
 ) -> general.Task:  # fmt: skip
     """Return a vehicle on its paths and its track for some time, with what its rail remembers."""
-    system, how = system_of(vehicle, under, tables, speed), GENERAL_METHODS[method]
+    system = system_of(vehicle, under, tables, speed)
+    how = method_on(system.ring, method)
     if vehicle.plane.elements and system.ring is None:
         how = how._replace(step=KINKED_STEP * how.step)
     yields = isinstance(vehicle.contact, ElasticPlastic)

@@ -16,7 +16,7 @@ from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.notes import Note
 from wheeltapper.ground.progress import Progress, progress_shown, report, reporting, say
 from wheeltapper.march import run
-from wheeltapper.march.blocks import core_count
+from wheeltapper.march.blocks import algebra_on_one_thread, core_count
 from wheeltapper.record import balanced
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
 from wheeltapper.record.kinds import kind_of
@@ -132,7 +132,7 @@ def side_by_side(work: Callable[[T], R], over: Iterable[T], threads: int, tell: 
         with reporting(raise_if_stopped):
             return work(of)
 
-    with ThreadPoolExecutor(threads) as pool:
+    with algebra_on_one_thread(), ThreadPoolExecutor(threads) as pool:
         try:
             waiting = [pool.submit(do_one, of) for of in over]
             for future in as_completed(waiting):

@@ -198,4 +198,4 @@ class Task(NamedTuple):
 
 
 DEFAULT = Method(2e-4, 10, 10, 1e-10, 1e-6, 1e-7, 1e-8, 1e-5, True, 1e-9)
-STRICT = Method(1e-4, 10, 12, 1e-14, 1e-10, 1e-11, 1e-11, 1e-6, False, 1e-15)
+STRICT = Method(1e-4, 12, 12, 1e-14, 1e-10, 1e-11, 1e-11, 1e-6, False, 1e-15)

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.blocks import algebra_on_one_thread
 from wheeltapper.march.general import layout
 from wheeltapper.march.general import march as general
 from wheeltapper.march.general import tables as tabulation
@@ -153,17 +154,18 @@ def _cost(tasks: Sequence[Task]) -> float:
 def on_threads(works: Sequence[Work], threads: int, one: Callable[[Work, Callable[[], bool]], None]) -> None:
     """Do all works; an error of one, or an interruption, soon ends all: `one` is given what tells it to stop."""
     stop = Event()
-    if threads == 1 or len(works) < 2:
-        for work in works:
-            one(work, stop.is_set)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        try:
-            for done in as_completed([pool.submit(one, work, stop.is_set) for work in works]):
-                done.result()
-        finally:
-            stop.set()
-            pool.shutdown(wait=False, cancel_futures=True)
+    with algebra_on_one_thread():
+        if threads == 1 or len(works) < 2:
+            for work in works:
+                one(work, stop.is_set)
+            return
+        with ThreadPoolExecutor(threads) as pool:
+            try:
+                for done in as_completed([pool.submit(one, work, stop.is_set) for work in works]):
+                    done.result()
+            finally:
+                stop.set()
+                pool.shutdown(wait=False, cancel_futures=True)
 
 
 # -- cells in step ----------------------------------------------------------------------------------------------------
