@@ -126,6 +126,26 @@ def test_wheelsets_that_follow_are_passes_of_wear_in():
     np.testing.assert_allclose(here, there, rtol=0, atol=0.02 * float(here.max()))
 
 
+def test_wagons_pass_in_turn():
+    contact = wt.contact.Thornton(constant_per_wheel=1.405e11 / 2, yield_force=1.2e5)
+    plane = WAVY.replaced({"duration": 0.1})
+    wagon = plane.replaced({"vehicle": row_of_wheelsets(1, 0.0), "contact": contact, "profiles": LEVEL})
+    heavy, light = row_of_wheelsets(1, 0.0), row_of_wheelsets(2, 1.5)
+    one = {"mass": 900.0, "load": 95e3}
+    light = light.model_copy(update={"axles": tuple(axle.model_copy(update=one) for axle in light.axles)})
+    passing = [wt.Wheelset(**HEAVY), wt.vehicles.Wheelsets(wheelsets=(one, one), positions=(0.0, -1.5))]
+    options = {"every": 1, "method": "strict", "progress": False}
+    expected = wt.wear_in(plane, 3, scatter={"vehicles": passing}, **options)
+    found = wt.wear_in(wagon, 3, scatter={"vehicles": [heavy, light]}, **options)
+    assert expected.permanent_indentation.max() > 1e-6
+    for side in ("left", "right"):
+        for kept in range(4):
+            here = expected.height.isel(kept=kept)
+            own = found.height.isel(kept=kept).sel(side=side)
+            np.testing.assert_allclose(own, here, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(found.largest_force, expected.largest_force, rtol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [
