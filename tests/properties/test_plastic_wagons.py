@@ -11,7 +11,7 @@ from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, half_coach
 from wheeltapper.lower.wagon_marks import path_of
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import multibody
-from wheeltapper.record.wagon import WAGON
+from wheeltapper.record.wagon import WAGON, _check_assembly
 
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 LEVEL = wt.profiles.Cones()
@@ -32,6 +32,36 @@ def test_the_record_of_a_coach_is_stored_and_balanced(tmp_path):
     xr.testing.assert_identical(loaded.events, record.events)
     xr.testing.assert_allclose(loaded.history("2 kHz"), record.history("2 kHz"), rtol=1e-9, atol=1e-15)
     xr.testing.assert_allclose(wt.wear.marks(loaded).table, wt.wear.marks(record).table, rtol=1e-9, atol=1e-15)
+
+
+def test_the_record_of_half_a_coach_on_sleepers_is_stored_and_balanced(tmp_path):
+    scene = wt.Scenario(
+        vehicle=half_coach(), track=TRACK, profiles=LEVEL, speed=20.0, duration=0.15, rolling="point",
+        contact=wt.contact.KogutEtsion(constant_per_wheel=8e10, yield_force=1.2e5),
+        irregularity={"left": wt.Corrugation(amplitude=2e-4, wavelength=0.1, start=0.05)},
+    )  # fmt: skip
+    record = wt.simulate(scene, "strict")
+    assert abs(float(record.energy.relative_imbalance)) < 1e-8
+    record.save(tmp_path / "run.nc")
+    loaded = wt.load(tmp_path / "run.nc")
+    xr.testing.assert_identical(loaded.events, record.events)
+    xr.testing.assert_allclose(loaded.history("2 kHz"), record.history("2 kHz"), rtol=1e-9, atol=1e-14)
+    ask = {"rate": "2 kHz", "rail": [0.0], "seat": [0]}
+    xr.testing.assert_allclose(loaded.track(**ask), record.track(**ask), rtol=1e-9, atol=1e-14)
+    xr.testing.assert_allclose(wt.wear.marks(loaded).table, wt.wear.marks(record).table, rtol=1e-9, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("part", "value", "told"),
+    [("law", 2.0, "assembly, law"), ("numbers", -1.0, "assembly, numbers"), ("pieces", np.nan, "assembly, pieces")],
+)
+def test_a_damaged_law_is_refused(part, value, told):
+    record = wt.simulate(COACH.replaced({"duration": 0.002}))
+    A = record._lowered.assembly
+    held = getattr(A, part).copy()
+    held.flat[asm.YIELD_LAW + 2 if part == "numbers" else 5] = value
+    with pytest.raises(wt.InputError, match=told):
+        _check_assembly(A._replace(**{part: held}), record.scenario, record._lowered.layout)
 
 
 def test_the_paths_of_a_record_give_its_run_again():
