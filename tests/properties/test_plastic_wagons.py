@@ -88,6 +88,20 @@ def test_a_law_that_never_yields_is_hertz():
     assert float(wt.wear.marks(one).table.permanent_indentation.max()) == 0.0
 
 
+def test_wheels_that_cease_to_yield_within_rounding_of_each_other_go_on():
+    """Both wheels of a wheelset come to the border together, on a deck that has sunk by 22 mm: some 1e-18 m apart."""
+    deck = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)
+    for mass in (1505, 1510, 1515):
+        scene = wt.Scenario(
+            vehicle=wt.Wagon.erri_b176(), track=deck, speed=9.0, duration=0.007, profiles=LEVEL,
+            contact=wt.contact.Thornton(constant_per_wheel=7.025e10), creep=wt.creep.Polach(friction=0.35),
+            irregularity=wt.CosineBump(height=1e-4, length=0.05, start=0.005), start={"displacement": 1e-5},
+        )  # fmt: skip
+        record = wt.simulate(scene.replaced({"vehicle.axles.0.mass": mass}))
+        assert record.outcome.name == "COMPLETED"
+        assert len(record._march.steps) < 1000
+
+
 @pytest.mark.parametrize("rolling", ["point", "circle"])
 def test_marks_of_half_a_coach_are_those_of_a_bogie(rolling):
     common = {
