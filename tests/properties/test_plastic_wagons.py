@@ -11,7 +11,7 @@ from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, half_coach
 from wheeltapper.lower.wagon_marks import path_of
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import multibody
-from wheeltapper.record.wagon import WAGON
+from wheeltapper.record.wagon import WAGON, _check_assembly
 
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 LEVEL = wt.profiles.Cones()
@@ -32,6 +32,36 @@ def test_the_record_of_a_coach_is_stored_and_balanced(tmp_path):
     xr.testing.assert_identical(loaded.events, record.events)
     xr.testing.assert_allclose(loaded.history("2 kHz"), record.history("2 kHz"), rtol=1e-9, atol=1e-15)
     xr.testing.assert_allclose(wt.wear.marks(loaded).table, wt.wear.marks(record).table, rtol=1e-9, atol=1e-15)
+
+
+def test_the_record_of_half_a_coach_on_sleepers_is_stored_and_balanced(tmp_path):
+    scene = wt.Scenario(
+        vehicle=half_coach(), track=TRACK, profiles=LEVEL, speed=20.0, duration=0.15, rolling="point",
+        contact=wt.contact.KogutEtsion(constant_per_wheel=8e10, yield_force=1.2e5),
+        irregularity={"left": wt.Corrugation(amplitude=2e-4, wavelength=0.1, start=0.05)},
+    )  # fmt: skip
+    record = wt.simulate(scene, "strict")
+    assert abs(float(record.energy.relative_imbalance)) < 1e-8
+    record.save(tmp_path / "run.nc")
+    loaded = wt.load(tmp_path / "run.nc")
+    xr.testing.assert_identical(loaded.events, record.events)
+    xr.testing.assert_allclose(loaded.history("2 kHz"), record.history("2 kHz"), rtol=1e-9, atol=1e-14)
+    ask = {"rate": "2 kHz", "rail": [0.0], "seat": [0]}
+    xr.testing.assert_allclose(loaded.track(**ask), record.track(**ask), rtol=1e-9, atol=1e-14)
+    xr.testing.assert_allclose(wt.wear.marks(loaded).table, wt.wear.marks(record).table, rtol=1e-9, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("part", "value", "told"),
+    [("law", 2.0, "assembly, law"), ("numbers", -1.0, "assembly, numbers"), ("pieces", np.nan, "assembly, pieces")],
+)
+def test_a_damaged_law_is_refused(part, value, told):
+    record = wt.simulate(COACH.replaced({"duration": 0.002}))
+    A = record._lowered.assembly
+    held = getattr(A, part).copy()
+    held.flat[asm.YIELD_LAW + 2 if part == "numbers" else 5] = value
+    with pytest.raises(wt.InputError, match=told):
+        _check_assembly(A._replace(**{part: held}), record.scenario, record._lowered.layout)
 
 
 def test_the_paths_of_a_record_give_its_run_again():
@@ -56,6 +86,20 @@ def test_a_law_that_never_yields_is_hertz():
     one, other = wt.simulate(plastic), wt.simulate(hertz)
     np.testing.assert_allclose(one.events.time, other.events.time, rtol=0, atol=2e-9)
     assert float(wt.wear.marks(one).table.permanent_indentation.max()) == 0.0
+
+
+def test_wheels_that_cease_to_yield_within_rounding_of_each_other_go_on():
+    """Both wheels of a wheelset come to the border together, on a deck that has sunk by 22 mm: some 1e-18 m apart."""
+    deck = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)
+    for mass in (1505, 1510, 1515):
+        scene = wt.Scenario(
+            vehicle=wt.Wagon.erri_b176(), track=deck, speed=9.0, duration=0.007, profiles=LEVEL,
+            contact=wt.contact.Thornton(constant_per_wheel=7.025e10), creep=wt.creep.Polach(friction=0.35),
+            irregularity=wt.CosineBump(height=1e-4, length=0.05, start=0.005), start={"displacement": 1e-5},
+        )  # fmt: skip
+        record = wt.simulate(scene.replaced({"vehicle.axles.0.mass": mass}))
+        assert record.outcome.name == "COMPLETED"
+        assert len(record._march.steps) < 1000
 
 
 @pytest.mark.parametrize("rolling", ["point", "circle"])
@@ -124,6 +168,26 @@ def test_wheelsets_that_follow_are_passes_of_wear_in():
     there = worn.interp(position=here.position)
     assert float(here.max()) > 5e-6
     np.testing.assert_allclose(here, there, rtol=0, atol=0.02 * float(here.max()))
+
+
+def test_wagons_pass_in_turn():
+    contact = wt.contact.Thornton(constant_per_wheel=1.405e11 / 2, yield_force=1.2e5)
+    plane = WAVY.replaced({"duration": 0.1})
+    wagon = plane.replaced({"vehicle": row_of_wheelsets(1, 0.0), "contact": contact, "profiles": LEVEL})
+    heavy, light = row_of_wheelsets(1, 0.0), row_of_wheelsets(2, 1.5)
+    one = {"mass": 900.0, "load": 95e3}
+    light = light.model_copy(update={"axles": tuple(axle.model_copy(update=one) for axle in light.axles)})
+    passing = [wt.Wheelset(**HEAVY), wt.vehicles.Wheelsets(wheelsets=(one, one), positions=(0.0, -1.5))]
+    options = {"every": 1, "method": "strict", "progress": False}
+    expected = wt.wear_in(plane, 3, scatter={"vehicles": passing}, **options)
+    found = wt.wear_in(wagon, 3, scatter={"vehicles": [heavy, light]}, **options)
+    assert expected.permanent_indentation.max() > 1e-6
+    for side in ("left", "right"):
+        for kept in range(4):
+            here = expected.height.isel(kept=kept)
+            own = found.height.isel(kept=kept).sel(side=side)
+            np.testing.assert_allclose(own, here, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(found.largest_force, expected.largest_force, rtol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ from wheeltapper.lower.wagon_marks import (
 )
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.plastic_law import PLASTIC_ONSET
+from wheeltapper.march.law_columns import PLASTIC_ONSET
 from wheeltapper.record.record import Record
 
 if TYPE_CHECKING:

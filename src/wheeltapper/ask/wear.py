@@ -27,6 +27,7 @@ from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.describe.vehicle.wheelsets import Wheelsets
 from wheeltapper.ground.arguments import as_count, as_path, as_quantity, as_table, with_older
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
+from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.ground.progress import Progress, progress_counter, progress_shown
 from wheeltapper.lower.marks import Surface
 from wheeltapper.march import program as contract
@@ -217,7 +218,7 @@ def _line_of(
     """Return the rail over which a scenario, or vehicles in turn, pass again and again."""
     marcher = run.choose(run.WEAR_IN, scenario.needs)
     for i, vehicle in enumerate(vehicles):
-        if isinstance(vehicle, Wagon) != marcher.is_of_wagons:
+        if (SEVERAL_BODIES in vehicle.needs) != marcher.is_of_wagons:
             allowed = (
                 "a Wagon, as the scenario has one" if marcher.is_of_wagons else "no Wagon, as the scenario has none"
             )

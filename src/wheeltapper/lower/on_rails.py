@@ -44,7 +44,7 @@ from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.laws.corners import STRETCH_BEGIN, STRETCH_FORCE, STRETCH_PLACE, STRETCH_SLOPE
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.tables import MOST_PHASES, longest_step
-from wheeltapper.march.plastic_law import PLASTIC_CONSTANT, PLASTIC_ONSET
+from wheeltapper.march.law_columns import PLASTIC_CONSTANT, PLASTIC_ONSET
 
 FloatArray = NDArray[np.float64]
 DECK = "deck"

@@ -13,7 +13,7 @@ from wheeltapper.lower.table import blank_rows
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import run
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
-from wheeltapper.march.plastic_law import PLASTIC_ONSET
+from wheeltapper.march.law_columns import PLASTIC_ONSET
 from wheeltapper.march.program import PIECE_COLUMNS, STOP
 from wheeltapper.march.wheel_rows import NORMAL, ROW_PATH
 

@@ -42,7 +42,7 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
 from wheeltapper.march.columns import packed_columns
 from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
-from wheeltapper.march.plastic_law import PLASTIC_ONSET
+from wheeltapper.march.law_columns import PLASTIC_ONSET
 from wheeltapper.march.remembering import OverMarks
 
 if TYPE_CHECKING:
@@ -453,7 +453,7 @@ def law_numbers(scenario: Scenario) -> tuple[int, float]:
     if isinstance(scenario.contact, Linear):
         return asm.STRAIGHT, 0.0
     if isinstance(scenario.contact, ElasticPlastic):
-        return asm.PLASTIC, 0.0
+        return asm.PLASTIC_TREADS, 0.0
     loss = float(scenario.contact.hysteresis_factor)
     return (asm.LOSSY if loss else asm.HERTZIAN), loss
 

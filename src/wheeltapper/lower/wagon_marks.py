@@ -27,7 +27,7 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march import program as contract
 from wheeltapper.march import run, wheel_rows
 from wheeltapper.march.assembly import HALF, LANES, Assembly
-from wheeltapper.march.plastic_law import PLASTIC_CONSTANT, PLASTIC_FIRST, PLASTIC_ONSET, PLASTIC_PIECES
+from wheeltapper.march.law_columns import PLASTIC_CONSTANT, PLASTIC_FIRST, PLASTIC_ONSET, PLASTIC_PIECES
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.remembering import Paths
 
@@ -41,7 +41,7 @@ SCALED = Note(
     "law aside",
 )
 """What the law of treads that yield is where wheelsets shift."""
-ROWS = np.array([wheel_rows.ROW_DELTA, wheel_rows.LEFT, wheel_rows.NORMAL, wheel_rows.STRETCH], dtype=np.int64)
+ROWS = np.array([wheel_rows.ROW_DELTA, wheel_rows.ROW_LEFT, wheel_rows.NORMAL, wheel_rows.STRETCH], dtype=np.int64)
 """Rows of the contacts that tell how deep a wheel presses."""
 
 

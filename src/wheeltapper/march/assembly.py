@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheeltapper.march.plastic_law import PLASTIC_COLUMNS, PLASTIC_PIECES
+from wheeltapper.march.law_columns import PLASTIC_PIECES, YIELD_COLUMNS
 from wheeltapper.march.program import FloatArray, IntArray
 
 LANES = 8
@@ -47,18 +47,14 @@ STRIP_BOUND = 16
 LONGEST_STEP = 17  # longest step, s
 TREADS = 18  # octets of tread contacts; as many of flange contacts may follow
 FLANGE_FROM = 19  # least shift of a wheel, m, at which its flange may touch
-CONTACT_LAW = 20  # HERTZIAN, LOSSY (Hunt and Crossley's), STRAIGHT (linear), PLASTIC (elastic-plastic treads)
+CONTACT_LAW = 20  # HERTZIAN, LOSSY (Hunt and Crossley's), STRAIGHT (linear), PLASTIC_TREADS
 MATERIAL_LOSS = 21  # χ of a lossy contact, s/m
-YIELD_LAW = 22  # numbers of a law that yields, as `plastic_law` has them, for C = 1 N/m^1.5 and δ_Y in m
+YIELD_LAW = 22  # numbers of a law that yields, as `law_columns` has them, for C = 1 N/m^1.5 and δ_Y in m
 ASSEMBLY_NUMBERS = YIELD_LAW + PLASTIC_PIECES + 1
 NO_CREEP, CURVE, STRIPS = range(3)
-HERTZIAN, LOSSY, STRAIGHT, PLASTIC = range(4)
+HERTZIAN, LOSSY, STRAIGHT, PLASTIC_TREADS = range(4)
 AT_LAW = ASSEMBLY_NUMBERS
 """Where the pieces of a law that yields begin in the flat data: behind the numbers."""
-PIECE_STORED = PLASTIC_COLUMNS
-"""Column of a piece behind those of `plastic_law`: the work of loading a virgin surface up to its start, over
-N_Y·δ_Y."""
-YIELD_COLUMNS = PIECE_STORED + 1
 
 # Tables of the contact geometry: each a polynomial of degree 5 in a cell.
 TABLE_LIFT, TABLE_PLACE, TABLE_RADIUS, ROOT_CONSTANT, ALONG, ACROSS, SPIN, SPIN_MOMENT, SLENDER = range(9)

@@ -19,7 +19,8 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import LANES
 from wheeltapper.march.kernel import inlined_kernel, kernel
-from wheeltapper.march.plastic_law import PLASTIC_ONSET, PLASTIC_PIECES, border_of, plastic_force, virgin_force
+from wheeltapper.march.law_columns import PIECE_STORED, PLASTIC_ONSET, PLASTIC_PIECES, YIELD_COLUMNS
+from wheeltapper.march.plastic_law import border_of, plastic_force, virgin_force
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.wheel_paths import evaluate_marks
 
@@ -60,7 +61,7 @@ def yield_law(data: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return numbers and pieces of the law of treads that yield."""
     numbers = data[asm.YIELD_LAW : asm.AT_LAW]
     pieces = int(numbers[PLASTIC_PIECES])
-    table = data[asm.AT_LAW : asm.AT_LAW + pieces * asm.YIELD_COLUMNS].reshape(pieces, asm.YIELD_COLUMNS)
+    table = data[asm.AT_LAW : asm.AT_LAW + pieces * YIELD_COLUMNS].reshape(pieces, YIELD_COLUMNS)
     return numbers, table
 
 
@@ -72,7 +73,7 @@ def _borne(i: int, gap: float, data: FloatArray, L: FloatArray) -> tuple[float, 
         slope = L[wheel.BULGE + i] * sqrt(max(gap, 0.0))
         return slope * max(gap, 0.0), 1.5 * slope
     numbers, table = yield_law(data)
-    force, slope = plastic_force(gap, L[wheel.LEFT + i], stretch, numbers, table)
+    force, slope = plastic_force(gap, L[wheel.ROW_LEFT + i], stretch, numbers, table)
     return max(force, 0.0), slope
 
 
@@ -86,7 +87,7 @@ def push(i: int, gap: float, law: FloatArray | None, L: FloatArray) -> tuple[flo
     else:  # noqa: RET505 - Numba prunes whole branches only
         if law[asm.CONTACT_LAW] == asm.STRAIGHT:
             return c * c * c * max(gap, 0.0), c * c * c if gap > 0.0 else 0.0
-        if law[asm.CONTACT_LAW] == asm.PLASTIC:
+        if law[asm.CONTACT_LAW] == asm.PLASTIC_TREADS:
             c = L[wheel.ROOT_C + i] * L[wheel.ON + i]
             force, slope = _borne(i, gap, law, L)
             return c * c * c * force, c * c * c * slope
@@ -121,9 +122,9 @@ def yield_energy(i: int, data: FloatArray, L: FloatArray) -> tuple[float, float]
         stored, growth = L[wheel.BULGE + i] * whole, L[wheel.BULGE_RATE + i] * whole
     else:
         numbers, table = yield_law(data)
-        onset, left = numbers[PLASTIC_ONSET], L[wheel.LEFT + i]
+        onset, left = numbers[PLASTIC_ONSET], L[wheel.ROW_LEFT + i]
         unit = onset * sqrt(onset)
-        force, done = virgin_force((gap + left) / onset, asm.PIECE_STORED, numbers, table)
+        force, done = virgin_force((gap + left) / onset, PIECE_STORED, numbers, table)
         stored, growth = unit * onset * done, unit * force * L[wheel.LEFT_RATE + i]
     return c * c * c * stored, c * c * (3.0 * L[wheel.ROOT_C_RATE + i] * stored + c * growth)
 
@@ -135,12 +136,12 @@ def measure_borders(data: FloatArray, L: FloatArray) -> None:
         stretch, gap, rate = L[wheel.STRETCH + i], L[wheel.ROW_DELTA + i], L[wheel.DELTA_RATE + i]
         upper, upper_rate, lower, lower_rate = np.inf, 0.0, np.inf, 0.0
         if L[wheel.ON + i] != 0.0:
-            bears, bears_rate = L[wheel.BEARS + i], L[wheel.BEARS_RATE + i]
+            bears, bears_rate = L[wheel.ROW_BEARS + i], L[wheel.BEARS_RATE + i]
             if stretch == 0.0:
                 upper, upper_rate = bears - gap, bears_rate - rate
             else:
                 numbers, table = yield_law(data)
-                left, left_rate = L[wheel.LEFT + i], L[wheel.LEFT_RATE + i]
+                left, left_rate = L[wheel.ROW_LEFT + i], L[wheel.LEFT_RATE + i]
                 ends = border_of(stretch + 1.0, numbers, table)
                 if ends < np.inf:
                     upper, upper_rate = ends - left - gap, -left_rate - rate

@@ -28,7 +28,7 @@ def is_lossy(data: FloatArray) -> bool:
 @kernel
 def is_plastic(data: FloatArray) -> bool:
     """Return True where treads may yield: then their forces have kinks, at which steps end."""
-    return bool(data[asm.CONTACT_LAW] == asm.PLASTIC)
+    return bool(data[asm.CONTACT_LAW] == asm.PLASTIC_TREADS)
 
 
 @kernel

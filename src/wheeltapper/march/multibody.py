@@ -16,6 +16,7 @@ import numpy as np
 
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import passing, searching, sliders, sliding, telling
+from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import LANES
 from wheeltapper.march.crossing import Span
 from wheeltapper.march.growths import find_growths, is_lossy, is_plastic
@@ -26,18 +27,7 @@ from wheeltapper.march.rates import rates
 from wheeltapper.march.remembering import Laying, Paths, WagonMemory, change_paths, log_first_yields
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, error
-from wheeltapper.march.wheel_rows import (
-    DELTA_RATE,
-    GRIP,
-    GRIP_RATE,
-    OCTET_ROWS,
-    ROW_DELTA,
-    ROW_U,
-    STRETCH,
-    TO_LOWER_RATE,
-    TO_UPPER,
-    TO_UPPER_RATE,
-)
+from wheeltapper.march.wheel_rows import DELTA_RATE, GRIP, GRIP_RATE, OCTET_ROWS, ROW_DELTA, ROW_U, STRETCH
 
 BEYOND = 1.02
 """Ratio of the length of a shortened step to the time of a contact's change. A step that would go far beyond the change
@@ -193,7 +183,7 @@ def march_kernel(
             place = contact % LANES
             value, pace = row_of_event + place, DELTA_RATE + place
             if row_of_event != ROW_DELTA:
-                pace = place + (TO_UPPER_RATE if row_of_event == TO_UPPER else TO_LOWER_RATE)
+                pace = place + (wheel.TO_UPPER_RATE if row_of_event == wheel.TO_UPPER else wheel.TO_LOWER_RATE)
             near = wheels[contact // LANES, value]
             if lossy and data[asm.STATIC_INDENTATION] * wheels[contact // LANES, GRIP + place] < near:
                 value, pace = GRIP + place, GRIP_RATE + place

@@ -99,7 +99,7 @@ def switch_stretches(t: float, data: FloatArray, wheels: FloatArray, events: Flo
         L = wheels[o]
         for i in range(LANES):
             before, delta = L[wheel.STRETCH + i], L[wheel.ROW_DELTA + i]
-            left, bears = L[wheel.LEFT + i], L[wheel.BEARS + i]
+            left, bears = L[wheel.ROW_LEFT + i], L[wheel.ROW_BEARS + i]
             after = before
             if L[wheel.ON + i] == 0.0:
                 after = 0.0
@@ -125,7 +125,9 @@ def find_stretches(data: FloatArray, wheels: FloatArray) -> bool:
         for i in range(LANES):
             stretch = 0.0
             if L[wheel.ON + i] != 0.0:
-                stretch = stretch_of(L[wheel.ROW_DELTA + i], L[wheel.LEFT + i], L[wheel.BEARS + i], numbers, table)
+                stretch = stretch_of(
+                    L[wheel.ROW_DELTA + i], L[wheel.ROW_LEFT + i], L[wheel.ROW_BEARS + i], numbers, table
+                )
             if stretch != L[wheel.STRETCH + i]:
                 changed = True
             L[wheel.STRETCH + i] = stretch

@@ -19,13 +19,8 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
+from wheeltapper.march.law_columns import PIECE_STRETCH, PLASTIC_CONSTANT, PLASTIC_FIRST, PLASTIC_ONSET, PLASTIC_PIECES
 from wheeltapper.march.program import FloatArray
-
-PLASTIC_CONSTANT, PLASTIC_ONSET, PLASTIC_FIRST, PLASTIC_PIECES = range(1, 5)
-"""Columns: C, δ_Y, first row of the pieces, and their number."""
-PIECE_STRETCH = contract.LAW_COLUMNS
-"""Column of a piece behind those of `wheeltapper.march.program`: the number of the law's borders up to its start."""
-PLASTIC_COLUMNS = PIECE_STRETCH + 1
 
 
 @inlined_uncounted_kernel

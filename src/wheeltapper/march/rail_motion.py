@@ -280,7 +280,7 @@ def press_rails(rated: bool, data: FloatArray, plan: IntArray, wheels: FloatArra
         _press_by_rates(data, plan, wheels)
     else:
         _press_once(rated, data, data, plan, wheels)
-        if data[asm.CONTACT_LAW] == asm.PLASTIC:
+        if data[asm.CONTACT_LAW] == asm.PLASTIC_TREADS:
             for o in range(int(data[asm.TREADS])):
                 measure_borders(data, wheels[o])
 
@@ -391,7 +391,7 @@ def _growths(i: int, law: FloatArray | None, L: FloatArray) -> tuple[float, floa
     if law is None:
         return 3.0 * n * n * root * growth, 1.5 * n * c * c * L[wheel.ON + i]
     else:  # noqa: RET505 - Numba prunes whole branches only
-        if law[asm.CONTACT_LAW] == asm.PLASTIC:
+        if law[asm.CONTACT_LAW] == asm.PLASTIC_TREADS:
             return yield_growth(i, law, L)
         force, steep = push(i, L[wheel.ROW_DELTA + i], law, L)
         return 3.0 * force * growth / c, steep

@@ -69,8 +69,11 @@ def _time_to_zero(gap: float, rate: float, bend: float) -> float:
 
 @kernel
 def time_to_border(longest: float, data: FloatArray, wheels: FloatArray, rates: FloatArray) -> float:
-    """Return the probable time at which the next contact comes to a border of its law; at most `longest`."""
-    soonest = longest
+    """Return the probable time at which the next contact comes to a border of its law; at most `longest`.
+
+    It is then so far beyond the border that the state tells it from one that is not there yet.
+    """
+    soonest, near = longest, SAME * data[asm.STATIC_INDENTATION]
     for o in range(int(data[asm.TREADS])):
         L = wheels[o]
         for i in range(LANES):
@@ -79,9 +82,9 @@ def time_to_border(longest: float, data: FloatArray, wheels: FloatArray, rates: 
             at = int(L[BODY * LANES + i]) * PLACES + TO_RATE
             bend = rates[at + MOTION_Z] + L[SIDES + i] * L[ARM + i] * rates[at + ROLL]
             if L[wheel.TO_UPPER + i] < np.inf:
-                soonest = min(soonest, _time_to_zero(L[wheel.TO_UPPER + i], L[wheel.TO_UPPER_RATE + i], bend))
+                soonest = min(soonest, _time_to_zero(near + L[wheel.TO_UPPER + i], L[wheel.TO_UPPER_RATE + i], bend))
             if L[wheel.TO_LOWER + i] < np.inf:
-                soonest = min(soonest, _time_to_zero(L[wheel.TO_LOWER + i], L[wheel.TO_LOWER_RATE + i], -bend))
+                soonest = min(soonest, _time_to_zero(near + L[wheel.TO_LOWER + i], L[wheel.TO_LOWER_RATE + i], -bend))
     return soonest
 
 

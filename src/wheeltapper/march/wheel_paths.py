@@ -37,7 +37,7 @@ def set_piece(lane: int, data: FloatArray, plan: IntArray, L: FloatArray) -> Non
     L[wheel.DEGREE_FLAG] = 0.0
     L[wheel.WAVE_FLAG] = 0.0
     L[wheel.FACTOR_FLAG] = 0.0
-    if data[asm.CONTACT_LAW] == asm.PLASTIC:
+    if data[asm.CONTACT_LAW] == asm.PLASTIC_TREADS:
         _set_marks(lane, row, L)
     for i in range(LANES):
         if L[wheel.SIDES + i] != 0.0:
@@ -66,13 +66,13 @@ def _set_marks(lane: int, row: FloatArray, L: FloatArray) -> None:
 def evaluate_marks(t: float, L: FloatArray) -> None:
     """Evaluate what earlier wheels have left at a time, and how fast it changes under the wheels."""
     if L[wheel.MARK_FLAG] != 0.0:
-        _evaluate_polynomials(t, wheel.LEFT_POLY, wheel.LEFT, wheel.LEFT_RATE, L)
-        _evaluate_polynomials(t, wheel.BEARS_POLY, wheel.BEARS, wheel.BEARS_RATE, L)
+        _evaluate_polynomials(t, wheel.LEFT_POLY, wheel.ROW_LEFT, wheel.LEFT_RATE, L)
+        _evaluate_polynomials(t, wheel.BEARS_POLY, wheel.ROW_BEARS, wheel.BEARS_RATE, L)
         return
     for i in range(LANES):
-        L[wheel.LEFT + i] = L[wheel.LEFT_POLY + i]
+        L[wheel.ROW_LEFT + i] = L[wheel.LEFT_POLY + i]
         L[wheel.LEFT_RATE + i] = 0.0
-        L[wheel.BEARS + i] = L[wheel.BEARS_POLY + i]
+        L[wheel.ROW_BEARS + i] = L[wheel.BEARS_POLY + i]
         L[wheel.BEARS_RATE + i] = 0.0
 
 

@@ -49,7 +49,7 @@ rate that is a state, which follows late, and the time by which it does."""
 """Slip velocities, creep forces and moment, and the share of the linear resultant that remains."""
 (UX, UY, TURN_X, TURN_Y, PX, PY, SUM_X, SUM_Y) = _next_rows(8)
 """FASTSIM: scaled slips and spins, the traction where it has come to, and its sum."""
-(STRETCH, LEFT, LEFT_RATE, BEARS, BEARS_RATE) = _next_rows(5)
+(STRETCH, ROW_LEFT, LEFT_RATE, ROW_BEARS, BEARS_RATE) = _next_rows(5)
 """Of a contact that may yield: the stretch of its law (0 where it is elastic), the residual indentation of the surface,
 and the indentation from there at which it yields, with their rates."""
 (TO_UPPER, TO_UPPER_RATE, TO_LOWER, TO_LOWER_RATE) = _next_rows(4)

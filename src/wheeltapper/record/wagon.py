@@ -31,8 +31,15 @@ from wheeltapper.lower.wagon_marks import plastic_law
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import program, run, telling, wheel_rows
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
+from wheeltapper.march.law_columns import (
+    PIECE_STRETCH,
+    PLASTIC_CONSTANT,
+    PLASTIC_FIRST,
+    PLASTIC_ONSET,
+    PLASTIC_PIECES,
+    YIELD_COLUMNS,
+)
 from wheeltapper.march.multibody import MultibodyMarch
-from wheeltapper.march.plastic_law import PIECE_STRETCH, PLASTIC_CONSTANT, PLASTIC_FIRST, PLASTIC_ONSET, PLASTIC_PIECES
 from wheeltapper.record import balanced, creep_range, extent, stored, stored_rails, suspension, wagon_energy, yielded
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.kinds import Kind, Variables
@@ -59,7 +66,7 @@ ROWS = {
     "normal": wheel_rows.NORMAL, "fx": wheel_rows.FX, "fy": wheel_rows.FY, "mz": wheel_rows.MZ, "g": wheel_rows.ROW_G,
     "slip_x": wheel_rows.SLIP_X, "slip_y": wheel_rows.SLIP_Y, "slip_turn": wheel_rows.SLIP_TURN,
     "delta": wheel_rows.ROW_DELTA, "path": wheel_rows.ROW_PATH, "u": wheel_rows.ROW_U, "rail": wheel_rows.ROW_RAIL,
-    "left": wheel_rows.LEFT,
+    "left": wheel_rows.ROW_LEFT,
 }  # fmt: skip
 """Quantities of a contact that a record reads, and their rows in the kernels' scratch memory."""
 
@@ -303,7 +310,7 @@ def _check_assembly(A: Assembly, scenario: Scenario, layout: StateLayout) -> Non
         "numbers": (asm.ASSEMBLY_NUMBERS,), "scales": (states,), "lanes": (octets, asm.LANE_COLUMNS, LANES),
         "cells": (octets // treads, A.cells.shape[1] if A.cells.ndim == 4 else 0, asm.TABLES, asm.TABLE_TERMS),
         "saturation": (asm.SATURATION_CELLS, asm.TABLE_TERMS), "pieces": (len(A.pieces), columns),
-        "law": (law, asm.YIELD_COLUMNS),
+        "law": (law, YIELD_COLUMNS),
         "columns": (LANES * len(A.sources),), "force_columns": (LANES * len(A.force_sources),),
         "mobility": (bodies * LANES,), "loads": (bodies * LANES,), "element_weight": (len(A.element_index),),
         "corners": (len(A.corners), asm.CORNER_COLUMNS), "element_inside": (elements,),

@@ -16,7 +16,7 @@ from wheeltapper.lower.wagon_marks import onset_of
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import program as contract
 from wheeltapper.march.general.contract import Contact, Law
-from wheeltapper.march.plastic_law import PLASTIC_ONSET
+from wheeltapper.march.law_columns import PLASTIC_ONSET
 
 if TYPE_CHECKING:
     from wheeltapper.lower.wagon import LoweredWagon

@@ -22,7 +22,8 @@ from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, T
 from wheeltapper.march.general.stepping import MODES_EVERY, march_kernel
 from wheeltapper.march.general.structure import ComplexArray, Ring
 from wheeltapper.march.kernel import is_compiled
-from wheeltapper.march.plastic_law import PLASTIC_ONSET, stretch_of
+from wheeltapper.march.law_columns import PLASTIC_ONSET
+from wheeltapper.march.plastic_law import stretch_of
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.telling import GENERAL_CHUNK, Tell, report_nothing
 
