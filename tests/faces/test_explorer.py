@@ -144,7 +144,7 @@ def test_the_page_draws_what_simulate_returns(explorer: Explorer) -> None:
     with Page(explorer) as page:
         time = page.arrays[page.run["time"]]
         force = page.arrays[page.run["force"]["lines"][0]["values"]] / page.run["force"]["factor"]
-        marks = {name: page.arrays[number] for name, number in page.run["events"][0].items()}
+        marks = {name: page.arrays[number] for name, number in page.run["events"][0].items() if name != "name"}
         spectrum = page.run["spectrum"]
         level = page.arrays[spectrum["y"]]
     assert page.run["summary"] == str(record)

@@ -134,7 +134,9 @@ def run_frame(record: Record, shown: Shown, seq: int) -> Frame:
     frame.head["spectrum"] = _spectrum_panel(
         frame, record.end, Part(data, slice(-SPECTRUM, None)), channels, shown.spectrum
     )
-    frame.head["events"] = [_marks(frame, record, contact) for contact in range(len(record._contacts.static_force))]
+    frame.head["events"] = [
+        _marks(frame, record, contact) | {"name": name} for contact, name in enumerate(_contact_names(record))
+    ]
     frame.head["motion"] = _motion(frame, record, history)
     return frame
 
@@ -177,7 +179,8 @@ def _force_panel(frame: Frame, record: Record, window: Part, forces: list[Channe
     several = len(forces) > 1
     of = "each wheel" if record._contacts.has_sides else "each wheelset" if several else "the wheelset"
     lines = [(one.words or "normal force", one.of(window)) for one in forces[:MOST_LINES]]
-    panel = _panel(frame, lines, "N", f"Normal force on {of}")
+    cut = f", the first {MOST_LINES} of {len(forces)}" if len(forces) > MOST_LINES else ""
+    panel = _panel(frame, lines, "N", f"Normal force on {of}{cut}")
     static = record._contacts.static_force[: len(lines)]
     return panel | {"key": FORCE, "static": [panel["factor"] * float(value) for value in static]}
 
@@ -243,6 +246,13 @@ def _spectrum_panel(frame: Frame, end: float, even: Part, channels: dict[str, Ch
     }  # fmt: skip
 
 
+def _contact_names(record: Record) -> list[str]:
+    """Return a short name of each wheel, or wheelset: "1 left"."""
+    labels, count = record._contacts.public_labels, len(record._contacts.static_force)
+    parts = [labels[name][:count].tolist() for name in ("wheelset", "side") if name in labels]
+    return [" ".join(map(str, one)) for one in zip(*parts, strict=True)] if parts else ["wheelset"]
+
+
 def _marks(frame: Frame, record: Record, contact: int) -> dict[str, Any]:
     """Return between which times a wheel has no contact, and when it hits the rail again."""
     from wheeltapper.march import program as contract
@@ -263,12 +273,12 @@ def _marks(frame: Frame, record: Record, contact: int) -> dict[str, Any]:
 def _motion(frame: Frame, record: Record, history: Part) -> dict[str, Any]:
     """Return what is drawn in motion: the wheels of one side, bodies, deck and rail, over the history's times."""
     contacts, scenario = record._contacts, record.scenario
-    side = 1 if contacts.has_sides else 0
+    side = _shown_side(record)
     wheels = []
     for number in range(contacts.wheelsets):
         at: dict[str, Any] = {"wheelset": number + 1} if contacts.has_several else {}
-        at |= {"side": "left"} if side else {}
-        row = number * contacts.sides
+        at |= {"side": side} if contacts.has_sides else {}
+        row = number * contacts.sides + (side == "right")
         wheels.append(
             {
                 "x": float(contacts.position[row]), "static": float(contacts.static_force[row]),
@@ -280,7 +290,15 @@ def _motion(frame: Frame, record: Record, history: Part) -> dict[str, Any]:
     return {
         "time": frame.array(history.time), "wheels": wheels, "bodies": list(_bodies(frame, record, history)),
         "deck": _optional(frame, history, "deck_displacement", {}), "track": _track(scenario),
+        "side": side if contacts.has_sides else "",
     }  # fmt: skip
+
+
+def _shown_side(record: Record) -> str:
+    """Return the side whose wheels are drawn: the left one, unless only the right one meets an irregularity."""
+    wheelsets = range(1, record._contacts.wheelsets + 1)
+    met = {side: any(record.scenario.irregularities_on(one, side) for one in wheelsets) for side in ("left", "right")}
+    return "right" if record._contacts.has_sides and met["right"] and not met["left"] else "left"
 
 
 def _optional(frame: Frame, history: Part, name: str, at: dict[str, Any]) -> int | None:
@@ -340,27 +358,34 @@ def _track(scenario: Scenario) -> dict[str, Any]:
     return {"kind": "stiff"}
 
 
-def surface_frame(scenario: Scenario, end: float) -> Frame:
-    """Return the heights of the rail along the run, and the deviation of the wheel around its tread, m."""
-    frame = Frame("surface")
-    run, radius = float(scenario.speed) * end, _radius(scenario, 0)
-    behind = max(0.0, -min(getattr(scenario.vehicle, "positions", None) or (0.0,)))
-    x = np.linspace(-behind - 1.0, run + 1.0, SURFACE)
+def surface_frame(record: Record) -> Frame:
+    """Return the heights of the rail along the run, and the deviation of each wheel around its tread, m."""
+    frame, scenario, contacts = Frame("surface"), record.scenario, record._contacts
+    run, side = float(scenario.speed) * record.end, _shown_side(record)
+    x = np.linspace(float(contacts.position.min()) - 1.0, run + 1.0, SURFACE)
     turn = np.linspace(0.0, 2.0 * np.pi, 721)
-    rail, wheel = np.zeros(len(x)), np.zeros(len(turn))
-    for item in scenario.irregularities_on(1, "left"):
-        course = item.course(radius)
-        if item.borne == "wheel":
-            wheel += course.value(radius * turn + run * 0.0)
-        else:
-            inner = [stretch.start for stretch in course.stretches if x[0] < stretch.start < x[-1]]
-            extra = np.array([place for start in inner for place in (np.nextafter(start, -np.inf), start)])
-            if len(extra) and len(extra) < SURFACE:
-                joined = np.union1d(x, extra)
-                rail = np.interp(joined, x, rail)
-                x = joined
-            rail = rail + course.value(x)
+    rail, met, treads = np.zeros(len(x)), [], []
+    for number in range(contacts.wheelsets):
+        radius, tread = _radius(scenario, number), np.zeros(len(turn))
+        for item in scenario.irregularities_on(number + 1, side):
+            if item.borne == "wheel":
+                tread += item.course(radius).value(radius * turn)
+            elif item not in met:  # what one wheelset alone meets is drawn, too
+                met.append(item)
+                x, rail = _raised(x, rail, item.course(radius))
+        treads.append(tread)
     frame.head |= {
-        "x": frame.array(x), "rail": frame.array(rail), "turn": frame.array(turn), "wheel": frame.array(wheel),
+        "x": frame.array(x), "rail": frame.array(rail), "turn": frame.array(turn),
+        "wheels": [frame.array(tread) for tread in treads],
     }  # fmt: skip
     return frame
+
+
+def _raised(x: FloatArray, rail: FloatArray, course: Any) -> tuple[FloatArray, FloatArray]:
+    """Return places and heights with an irregularity more; places about its corners are added."""
+    inner = [stretch.start for stretch in course.stretches if x[0] < stretch.start < x[-1]]
+    extra = np.array([place for start in inner for place in (np.nextafter(start, -np.inf), start)])
+    if len(extra) and len(extra) < SURFACE:
+        joined = np.union1d(x, extra)
+        x, rail = joined, np.interp(joined, x, rail)
+    return x, rail + course.value(x)

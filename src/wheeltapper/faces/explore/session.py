@@ -183,7 +183,7 @@ class Session:
         frames = []
         key = (record.scenario.irregularity, record.scenario.vehicle, record.scenario.speed, record.end)
         if key != self.sent_surface:
-            frames.append(surface_frame(record.scenario, record.end))
+            frames.append(surface_frame(record))
             self.sent_surface = key
         frame = run_frame(record, self.shown, seq)
         frame.head["table"] = table_of(record.scenario)  # a pin has to hold the scene of the run that it shows
