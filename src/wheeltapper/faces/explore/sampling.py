@@ -358,6 +358,13 @@ def _track(scenario: Scenario) -> dict[str, Any]:
     return {"kind": "stiff"}
 
 
+def surface_key(record: Record) -> tuple[Any, ...]:
+    """Return what the surfaces depend on: while it stays the same, they need not be sent again."""
+    scenario, contacts = record.scenario, record._contacts
+    radii = tuple(_radius(scenario, number) for number in range(contacts.wheelsets))
+    return scenario.irregularity, scenario.speed, record.end, radii, contacts.position.tolist()
+
+
 def surface_frame(record: Record) -> Frame:
     """Return the heights of the rail along the run, and the deviation of each wheel around its tread, m."""
     frame, scenario, contacts = Frame("surface"), record.scenario, record._contacts

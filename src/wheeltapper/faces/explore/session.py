@@ -14,7 +14,7 @@ from wheeltapper.faces.explore.form import added, changed, form_of
 from wheeltapper.faces.explore.frames import Frame
 from wheeltapper.faces.explore.mapping import Map
 from wheeltapper.faces.explore.paths import Files
-from wheeltapper.faces.explore.sampling import Shown, run_frame, surface_frame
+from wheeltapper.faces.explore.sampling import Shown, run_frame, surface_frame, surface_key
 from wheeltapper.faces.explore.scenes import python_of, table_of, toml_of
 from wheeltapper.ground.errors import ComputationError, InputError, value_text
 from wheeltapper.ground.progress import reporting
@@ -181,7 +181,7 @@ class Session:
         if not record.end > 0.0:
             raise ComputationError(record.outcome)
         frames = []
-        key = (record.scenario.irregularity, record.scenario.vehicle, record.scenario.speed, record.end)
+        key = surface_key(record)
         if key != self.sent_surface:
             frames.append(surface_frame(record))
             self.sent_surface = key
