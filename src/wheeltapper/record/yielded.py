@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import Lowered
-from wheeltapper.lower.on_rails import LoweredOnRails
 from wheeltapper.lower.plastic import left_after, loading_force, stored_below
 from wheeltapper.march import program as contract
 from wheeltapper.march.general.contract import Contact, Law
 from wheeltapper.march.general.laws.plastic import PLASTIC_ONSET
 
 if TYPE_CHECKING:
+    from wheeltapper.lower.on_rails import LoweredOnRails
     from wheeltapper.march.general.task import Marched
     from wheeltapper.march.single import March
 

@@ -14,11 +14,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from wheeltapper.describe.registry import registered_in
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.faces.explore.drops import safe_name, taken
 from wheeltapper.faces.explore.exports import EXPORTS
 from wheeltapper.faces.explore.frames import Frame
-from wheeltapper.faces.explore.mapping import Asked, Map, feature_choices
 from wheeltapper.faces.explore.paths import Files
 from wheeltapper.faces.explore.sampling import Shown
 from wheeltapper.faces.explore.scenes import start_scene, table_of
@@ -31,6 +31,8 @@ MOST_SESSIONS = 64
 """Sessions that are kept; of more, those without a page go first."""
 KEY = r"[0-9a-f]{16}"
 """What a session may be called."""
+FEATURES = "wheeltapper.record.features"
+"""The room of what a map can show."""
 LINES = 8
 """Most lines of refused edits that are sent at a time."""
 
@@ -245,6 +247,8 @@ class Link:
 
     async def _fill(self, message: dict[str, Any], is_stale: Callable[[], bool]) -> None:
         """Fill a map in a thread, and send each tile as soon as it is there."""
+        from wheeltapper.faces.explore.mapping import Asked, Map  # what no first picture waits for
+
         session, told = self.session, asyncio.Queue[Frame | None]()
 
         def fill() -> None:
@@ -298,8 +302,9 @@ def line_of(error: Exception) -> str:
 
 def _offers() -> dict[str, Any]:
     """Return what a page can ask for besides runs."""
+    features = [make() for make in registered_in(FEATURES).values()]
     return {
-        "features": [list(one) for one in feature_choices()],
+        "features": [[one.name, one.unit, one.definition] for one in features],
         "exports": [[name, export.words] for name, export in EXPORTS.items()],
     }
 

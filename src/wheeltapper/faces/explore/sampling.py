@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.faces.explore.frames import Frame
 from wheeltapper.faces.panels import in_unit
+from wheeltapper.record.kinds import Variables
+from wheeltapper.record.labels import attributes_of
 from wheeltapper.record.record import Record
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FloatArray = NDArray[np.float64]
 POINTS = 2000
@@ -34,21 +33,29 @@ NO_CHANNEL = ("time", "static_force")
 
 
 class Part(NamedTuple):
-    """Some of the times at which a record was sampled: a history, a window of it, the samples of a spectrum."""
+    """Some of the times at which a record was sampled: a history, a window of it, the samples of a spectrum.
 
-    data: xr.Dataset
+    Its variables bear no labels: a dataset takes longer than a short run, and the first one a second.
+    """
+
+    data: Variables
     rows: slice = slice(None)
 
     @property
     def time(self) -> FloatArray:
         """Times, s."""
-        return np.asarray(self.data.time.values[self.rows])
+        return np.asarray(self.data["time"][1][self.rows])
 
     def of(self, name: str, at: dict[str, Any]) -> FloatArray:
         """Return a variable over time, for one wheel or body."""
-        held = self.data[name]
-        chosen = {along: value for along, value in at.items() if along in held.dims}
-        return np.asarray((held.sel(chosen) if chosen else held).values[self.rows], dtype=float)
+        dimensions, values = self.data[name]
+        where = tuple(self.axis(along).index(at[along]) for along in dimensions[1:])
+        return np.asarray(values[(self.rows, *where)], dtype=float)
+
+    def axis(self, along: str) -> list[Any]:
+        """Return the names along an axis: wheelsets, sides, bodies."""
+        names: list[Any] = np.asarray(self.data[along][1]).tolist()
+        return names
 
 
 class Channel(NamedTuple):
@@ -66,20 +73,21 @@ class Channel(NamedTuple):
         return part.of(self.variable, self.at)
 
 
-def channels_of(history: xr.Dataset) -> list[Channel]:
-    """Return all lines of a history: for each variable one, or one for each wheel, body and direction."""
+def channels_of(history: Part, several: bool) -> list[Channel]:
+    """Return all lines of a history: for each variable one, or one for each wheel, body and direction.
+
+    `several`: whether every wheel has contacts of its own.
+    """
     found = []
-    for name, held in history.data_vars.items():
-        if held.dims[:1] != ("time",) or name in NO_CHANNEL:
+    for name, (dimensions, _) in history.data.items():
+        if dimensions[:1] != ("time",) or name in NO_CHANNEL:
             continue
-        others = [(str(along), history[along].values.tolist()) for along in held.dims[1:]]
-        for chosen in product(*(values for _, values in others)):
-            at = {along: value for (along, _), value in zip(others, chosen, strict=True)}
+        said = attributes_of(name, several)
+        for chosen in product(*(history.axis(along) for along in dimensions[1:])):
+            at = dict(zip(dimensions[1:], chosen, strict=True))
             words = ", ".join(str(v) if isinstance(v, str) else f"{along} {v}" for along, v in at.items())
-            key = "|".join([str(name), *(f"{along}={value}" for along, value in at.items())])
-            unit = _unit_of(str(held.attrs.get("units", "")), at)
-            meaning = str(held.attrs.get("long_name", name))
-            found.append(Channel(key, str(name), words, unit, meaning, at))
+            key = "|".join([name, *(f"{along}={value}" for along, value in at.items())])
+            found.append(Channel(key, name, words, _unit_of(said["units"], at), said["long_name"], at))
     return found
 
 
@@ -117,10 +125,10 @@ def run_frame(record: Record, shown: Shown, seq: int) -> Frame:
     zoomed = shown.first > 0.0 or shown.last is not None
     near = times_of(record, shown.first, shown.last) if zoomed else whole[:0]
     even = np.arange(SPECTRUM) * (record.end / SPECTRUM)
-    data = record.at(np.concatenate([whole, near, even]))  # at once: most of a short run's time goes into the labels
+    data = record._variables_at(np.concatenate([whole, near, even]))
     history = Part(data, slice(0, len(whole)))
     window = Part(data, slice(len(whole), len(whole) + len(near))) if zoomed else history
-    channels = {channel.key: channel for channel in channels_of(data)}
+    channels = {channel.key: channel for channel in channels_of(history, record._contacts.has_sides)}
     frame = Frame(
         "run", seq=seq, summary=str(record), outcome=record.outcome.name, notes=[str(note) for note in record.notes],
         end=record.end, speed=record.scenario.speed, numbers=numbers_of(record),
@@ -302,16 +310,16 @@ def _shown_side(record: Record) -> str:
 
 
 def _optional(frame: Frame, history: Part, name: str, at: dict[str, Any]) -> int | None:
-    return frame.array(history.of(name, at)) if name in history.data.data_vars else None
+    return frame.array(history.of(name, at)) if name in history.data else None
 
 
 def _wheel_height(history: Part, at: dict[str, Any], number: int) -> FloatArray:
     """Return the height of a wheel's centre over that of the first touch, m."""
-    if "wheel_displacement" in history.data.data_vars:
+    if "wheel_displacement" in history.data:
         return history.of("wheel_displacement", at)
     below = history.of("indentation", at)
     height = history.of("constraint", at) - below  # of a wagon: a wheel is where its contact is
-    if "rail_displacement" in history.data.data_vars:
+    if "rail_displacement" in history.data:
         height = height + np.nan_to_num(history.of("rail_displacement", at))
     return height
 
@@ -327,14 +335,14 @@ def _radius(scenario: Scenario, number: int) -> float:
 def _bodies(frame: Frame, record: Record, history: Part) -> Iterator[dict[str, Any]]:
     """Return the bodies above the wheels: boxes of a wagon, the frame of a bogie."""
     vehicle: Any = record.scenario.vehicle
-    if "frame" in history.data.data_vars:
+    if "frame" in history.data:
         x = record._contacts.position
         pitch = _optional(frame, history, "frame_pitch", {})
         size = {"x": float(x.mean()), "z": 0.65, "length": float(np.ptp(x)) + 0.9, "height": 0.18}
         yield size | {"name": "frame", "y": frame.array(history.of("frame", {})), "pitch": pitch}
-    elif "body" in history.data.dims:
+    elif "body" in history.data:
         boxes = vehicle.boxes
-        for name in history.data.body.values.tolist():
+        for name in history.axis("body"):
             if name not in boxes or name.startswith("wheelset"):
                 continue
             (x, _, z), (length, _, height) = boxes[name]

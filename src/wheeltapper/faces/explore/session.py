@@ -6,13 +6,12 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wheeltapper.describe.paths import held_at
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.faces.explore.form import added, changed, form_of
 from wheeltapper.faces.explore.frames import Frame
-from wheeltapper.faces.explore.mapping import Map
 from wheeltapper.faces.explore.paths import Files
 from wheeltapper.faces.explore.sampling import Shown, run_frame, surface_frame, surface_key
 from wheeltapper.faces.explore.scenes import python_of, table_of, toml_of
@@ -20,6 +19,9 @@ from wheeltapper.ground.errors import ComputationError, InputError, value_text
 from wheeltapper.ground.progress import reporting
 from wheeltapper.record.record import Record
 from wheeltapper.record.simulate import simulated_scenario
+
+if TYPE_CHECKING:
+    from wheeltapper.faces.explore.mapping import Map
 
 PAST = 100
 """Scenes that can be brought back one by one."""
