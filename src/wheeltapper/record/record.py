@@ -290,7 +290,7 @@ class Record(Shown):
         return dataset(self._variables_at(wanted), several=self._contacts.has_sides)
 
     def _variables_at(self, wanted: FloatArray) -> Variables:
-        """Return variables and axes at some times, s, with their dimensions; a dataset takes longer than a short run."""
+        """Return variables and axes at some times, s, with dimensions; a dataset takes longer than a short run."""
         order = np.argsort(wanted, kind="stable")
         back = np.argsort(order, kind="stable")
         found = self._kind.sample(self.scenario, self._lowered, self._march, wanted[order])

@@ -110,10 +110,13 @@ class Desk:
 
     def taken(self, session: Session, path: Path) -> dict[str, Any]:
         """Take a dropped file; return what the page says and shows of it, or what is wrong with it."""
+        say = self.says.get(session.key, lambda line: None)
         try:
-            return taken(session, path, self.says.get(session.key, lambda line: None))
+            return taken(session, path, say)
         except Exception as error:  # whatever it is, the page says it in a line, and goes on
             return {"wrong": line_of(error).replace(f"{path.parent}/", "")}
+        finally:
+            say("")
 
     def _forget(self) -> None:
         for key in [key for key in self.sessions if key not in self.linked]:
@@ -283,7 +286,7 @@ class Link:
         return await self._loop.run_in_executor(self._desk.pool, work, *arguments)
 
     def _say(self, line: str) -> None:
-        """Show a line on the page, from any thread."""
+        """Show a line on the page, from any thread; an empty one ends what was told of a work that is done."""
         if line != self._last_words:
             self._last_words = line
             asyncio.run_coroutine_threadsafe(self._send(Frame("words", line=line)), self._loop)

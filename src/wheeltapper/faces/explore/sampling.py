@@ -168,11 +168,16 @@ def _name(channel: Channel) -> str:
 
 def _several(channels: dict[str, Channel], key: str, usual: tuple[str, ...]) -> list[Channel]:
     """Return the lines that a panel shows for a chosen one: that of every wheel, or that of one body."""
-    known = (one for name in usual for one in channels.values() if one.variable == name)
-    chosen = channels.get(key) or next(known, None) or next(iter(channels.values()))
+    chosen = channels.get(key) or _usual(channels, usual) or next(iter(channels.values()))
     if "body" in chosen.at or "motion" in chosen.at:
         return [chosen]
     return [one for one in channels.values() if one.variable == chosen.variable][:MOST_LINES]
+
+
+def _usual(channels: dict[str, Channel], names: tuple[str, ...]) -> Channel | None:
+    """Return the first line of one of some variables; of a body's motions the vertical one."""
+    known = [one for name in names for one in channels.values() if one.variable == name]
+    return next((one for one in known if one.at.get("motion", "z") == "z"), None)
 
 
 def _panel(frame: Frame, lines: list[tuple[str, FloatArray]], unit: str, title: str) -> dict[str, Any]:
@@ -204,7 +209,7 @@ def _below_panel(frame: Frame, window: Part, channels: dict[str, Channel], key: 
         title += ", and the path of a rigid wheel" if paths else ""
     elif first.words and len(chosen) == 1:
         title += f": {first.words}"
-    return _panel(frame, lines, first.unit, title) | {"key": first.key}
+    return _panel(frame, lines, first.unit, title) | {"key": first.key, "axis": first.variable.replace("_", " ")}
 
 
 def _phase_panel(frame: Frame, history: Part, channels: dict[str, Channel], key: str) -> dict[str, Any]:
@@ -212,8 +217,8 @@ def _phase_panel(frame: Frame, history: Part, channels: dict[str, Channel], key:
     pairs = {one.key: other for one in channels.values() if (other := _velocity(one, channels)) is not None}
     if not pairs:
         return {"title": "Phase portrait: nothing with a velocity", "choices": []}
-    usual = next((k for k in pairs if k.startswith(("wheel_displacement", "displacement"))), next(iter(pairs)))
-    key = key if key in pairs else usual
+    usual = _usual({k: channels[k] for k in pairs}, ("wheel_displacement", "displacement"))
+    key = key if key in pairs else next(iter(pairs)) if usual is None else usual.key
     place, rate = channels[key], pairs[key]
     x, y = place.of(history), rate.of(history)
     x_factor, x_unit = in_unit([float(np.nanmax(np.abs(x))) / 4.0], place.unit)

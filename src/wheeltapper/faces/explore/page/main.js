@@ -210,7 +210,7 @@ const told = {
     if (left.length) words(left.join(" — "));
     if (frame.run === false || frame.final) answered();
   },
-  words(frame) { words(frame.line, true); },
+  words(frame) { if (frame.line) words(frame.line, true); else quiet(); },
   map(frame) { quiet(); map.begin(frame); },
   "map tile": (frame) => map.tile(frame),
   "map arrows"(frame) { quiet(); map.arrows(frame); },

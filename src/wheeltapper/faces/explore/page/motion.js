@@ -240,7 +240,8 @@ export class Motion {
     pen.strokeRect(-body.length * scale / 2, -body.height * scale / 2, body.length * scale, body.height * scale);
     pen.fillStyle = ink.ink;
     pen.font = "11px system-ui, sans-serif";
-    pen.fillText(body.name, -body.length * scale / 2 + 4, -body.height * scale / 2 + 12);
+    pen.textAlign = "center";
+    pen.fillText(body.name, 0, 4);  // in the middle, where no wheel is before it
     pen.restore();
   }
 

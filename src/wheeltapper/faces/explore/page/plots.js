@@ -191,7 +191,7 @@ export class History extends Panel {
     const window = [times[0], times[times.length - 1]];
     this.fit(window, roomy(extremes(shown, this.hits ? 0 : undefined)));
     this.name(panel.title);
-    this.label("time [s]", `${this.hits ? "force" : "value"} [${unitText(panel.unit)}]`);
+    this.label("time [s]", `${panel.axis ?? "force"} [${unitText(panel.unit)}]`);
     setKey(this.key, key);
   }
 

@@ -24,6 +24,7 @@ export class Strips {
       name: one.name, from: arrays[one.from], to: arrays[one.to], impacts: arrays[one.impacts],
     }));
     this.canvas.hidden = !this.contacts.length;
+    if (this.canvas.hidden) return;
     const told = this.contacts.map(({ name, from, impacts }) => `${name}: ${from.length} losses, ${impacts.length} impacts`);
     this.canvas.setAttribute("aria-label", `losses of contact and impacts of each contact over time; ${told.join("; ")}`);
     this.draw();
