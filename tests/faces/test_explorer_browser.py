@@ -306,7 +306,7 @@ def test_a_wagon_is_chosen_in_the_form_and_runs(server: Server, opened: Callable
     page.wait_for_function(
         "() => document.querySelector('#force h2').textContent === 'Normal force on each wheel'", timeout=300_000
     )
-    page.wait_for_function("() => document.querySelector('#toml').textContent.includes('Polach')")  # as the coach needs
+    page.wait_for_function("() => document.querySelector('#toml').textContent.includes('type = \"Wagon\"')")
     assert page.locator("#force .strips").is_visible()
 
 

@@ -207,7 +207,8 @@ def _draw_row(row: Sequence[tuple[float, str]], title: str) -> Figure:
             va="bottom", fontsize=8, color=colour,
         )  # fmt: skip
     places: Any = [x for x, _ in row]
-    low, high = min(places) - 1.5, max(places) + 1.5
+    room = max(1.5, 0.1 * (max(places) - min(places)))
+    low, high = min(places) - room, max(places) + room
     axis.plot([low, high], [0.0, 0.0], color="0.4", linewidth=2.5)
     axis.set(
         xlabel="position ahead of the wheelset of interest [m]", ylabel="height [m]", xlim=(low, high),
