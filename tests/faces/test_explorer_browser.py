@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from wheeltapper import load, simulate
+from wheeltapper import Scenario, load, simulate
 
 from .chromium import MISSING
 from .pages import EXTRA
@@ -249,6 +249,7 @@ SEVERAL: dict[str, tuple[int, str, tuple[str, ...]]] = {
     "coach_on_ballast.toml": (8, "the left", (*COACH, "sleepers")),
     "bogie_over_weld.toml": (2, "", ("2 wheels", "frame", "sleepers")),
     "flat_on_ballast.toml": (1, "", ("a wheel", "sleepers")),
+    "three wheelsets": (3, "", ("3 wheels", "sleepers")),
 }
 """By example: its contacts, the side that is shown, and what moves."""
 
@@ -257,6 +258,11 @@ SEVERAL: dict[str, tuple[int, str, tuple[str, ...]]] = {
 def test_every_panel_of_a_vehicle_shows_its_run(file: str, opened: Callable[..., Any], tmp_path: Path) -> None:
     contacts, side, bodies = SEVERAL[file]
     scene = ROOT / "examples" / file
+    if not scene.exists():
+        scene = tmp_path / "scene.toml"
+        flat = Scenario.from_toml(ROOT / "examples" / "flat_on_ballast.toml")
+        row = {"type": "Wheelsets", "wheelsets": [flat.vehicle] * 3, "positions": [0.0, -2.56, -9.0]}
+        flat.replaced({"vehicle": row, "irregularity": {"wheelset 2": flat.irregularity}}).to_toml(scene)
     held = Server(tmp_path, str(scene))
     try:
         page = opened(held.address, drawn=False)
