@@ -3,9 +3,10 @@
     uv run --extra explore --group browser python benchmarks/explore.py [--repeats 60] [--chromium /usr/bin/chromium]
 
 Slider to picture: from a slider's event in the page to the end of the frame in which all panels are drawn anew, with
-the march, its samples and the way there and back between. Beside it stands the march alone, in a process of its own
-without a browser. First picture: from the printed address to the drawn panels. Map: from the request to the last of
-64 × 64 cells, drawn.
+the march, its samples and the way there and back between. Beside it stand its parts: the march alone, and all that
+Python does, in a process without a browser; and drawing alone. First picture: from the printed address to the drawn
+panels; its parts are times since the browser began to load the page. Map: from the request to the last of 64 × 64
+cells, drawn.
 """
 
 from __future__ import annotations
@@ -31,6 +32,14 @@ FLAGS = [
 ]  # fmt: skip
 SCENES = {"bump of 0.12 s": "bump.toml", "flat of 0.5 s": "wheel_flat.toml"}
 PATH = "vehicle.damping"
+DURATIONS = "name => performance.getEntriesByName(name).map(entry => entry.duration)"
+PARTS = """() => {
+    const at = (name) => Math.max(0, ...performance.getEntriesByName(name).map((entry) => entry.startTime));
+    const ends = (kind) => Math.max(0, ...performance.getEntriesByType(kind).map((entry) => entry.responseEnd));
+    return [["the page is there", ends("navigation")], ["all scripts are there", ends("resource")],
+        ["last frame before the panels are ready", at("early frame")], ["panels are ready", at("panels")],
+        ["drawn", at("first picture")]];
+}"""
 MEASURED = "([name, count]) => performance.getEntriesByName(name).length >= count"
 
 
@@ -46,6 +55,28 @@ def march_times(file: Path, repeats: int) -> list[float]:
         simulated_scenario(one, "default", lambda notes: None)
         times.append(1e3 * (time.perf_counter() - start))
     return times[3:]
+
+
+def python_times(file: Path, repeats: int) -> list[float]:
+    """Return the wall times of an edit, the march, its samples and the frame as it is sent, ms."""
+    from wheeltapper.describe.scenario import Scenario
+    from wheeltapper.faces.explore.paths import Files
+    from wheeltapper.faces.explore.session import Session
+
+    session, times = Session("", Scenario.from_toml(file), Files(file.parent)), []
+    damping = session.scene.vehicle.damping
+    for number in range(repeats + 3):
+        start = time.perf_counter()
+        session.edit([{"do": "set", "path": PATH, "value": damping * (1.0 + 0.003 * number)}])
+        for frame in session.run_frames(number, lambda: False, lambda line: None):
+            frame.encoded()
+        times.append(1e3 * (time.perf_counter() - start))
+    return times[3:]
+
+
+def tell(what: str, found: list[float]) -> None:
+    """Print the median and the 95 % share of some times."""
+    print(f"  {what:44}{median(found):8.1f}{share(found, 0.95):9.1f}")
 
 
 def share(times: list[float], of: float) -> float:
@@ -75,11 +106,14 @@ def measure(browser: Any, file: Path, repeats: int, with_map: bool) -> None:
             slider.press("ArrowRight" if number % 60 < 30 else "ArrowLeft")
             page.wait_for_function(MEASURED, arg=["slider to picture", done + 1])
             page.wait_for_timeout(80)
-        found = page.evaluate("performance.getEntriesByName('slider to picture').map(entry => entry.duration)")
-        drawing = page.evaluate("performance.getEntriesByName('drawing').map(entry => entry.duration)")
-        print(f"  {'drawing in the browser alone, ms':44}{median(drawing):8.1f}{share(drawing, 0.95):9.1f}")
-        print(f"  {'slider to picture, ms: median, 95 %':44}{median(found):8.1f}{share(found, 0.95):9.1f}")
+        for name, words in (
+            ("drawing", "drawing in the browser alone, ms"), ("slider to frame", "slider to its frame, ms"),
+            ("slider to picture", "slider to picture, ms: median, 95 %"),
+        ):  # fmt: skip
+            tell(words, page.evaluate(DURATIONS, name))
         print(f"  {'first picture, s':44}{first:8.2f}")
+        for words, at in page.evaluate(PARTS):
+            print(f"    {words:42}{at / 1e3:8.2f}")
         if with_map:
             for number in (1, 2, 3):
                 page.evaluate("document.querySelector('#map-part').open = true")
@@ -102,7 +136,9 @@ def main() -> None:
         options.repeats = 3
     for name, file in SCENES.items():
         times = march_times(ROOT / "examples" / file, options.repeats)
-        print(f"{name}\n  {'march alone, ms: median, 95 %':44}{median(times):8.1f}{share(times, 0.95):9.1f}")
+        print(name)
+        tell("march alone, ms: median, 95 %", times)
+        tell("all that Python does, ms", python_times(ROOT / "examples" / file, options.repeats))
         missing = [module for module in ("playwright", *NEEDED) if find_spec(module) is None]
         if options.chromium is None or missing:
             print(f"  no {', '.join(missing) or 'chromium'}: nothing is measured in the browser")

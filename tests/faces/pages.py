@@ -44,8 +44,43 @@ def origin(explorer: Explorer) -> str:
     return f"http://127.0.0.1:{explorer.port}"
 
 
-class Page:
-    """A page that is open."""
+class Conversation:
+    """A page that is open, whatever carries its messages."""
+
+    hello: Head
+    scene: Head
+    run: Head
+    arrays: list[Any]
+
+    def received(self) -> bytes:
+        """Return the next frame; kernels may have to be compiled first."""
+        raise NotImplementedError
+
+    def send(self, do: str, **message: Any) -> None:
+        raise NotImplementedError
+
+    def begin(self) -> None:
+        self.hello, _ = self.next("hello")
+        self.scene, _ = self.next("scene")
+        self.run, self.arrays = self.next("run")
+
+    def next(self, *kinds: str) -> tuple[Head, list[Any]]:
+        """Return the next frame of one of some kinds."""
+        while True:
+            head, arrays = decoded(self.received())
+            if head["kind"] in kinds:
+                return head, arrays
+
+    def set(self, path: str, value: Any) -> Head:
+        """Change a field and return the scene that then is."""
+        self.send("set", path=path, value=value)
+        self.run, self.arrays = self.next("run")
+        self.scene, _ = self.next("scene")
+        return dict(self.scene["table"])
+
+
+class Page(Conversation):
+    """A page of the server."""
 
     def __init__(self, explorer: Explorer, session: str = "", scene: Head | None = None) -> None:
         from websockets.sync.client import connect
@@ -54,28 +89,15 @@ class Page:
         self._open = ExitStack()
         self.socket: Any = self._open.enter_context(connect(address, origin=origin(explorer), max_size=None))
         self.socket.send(json.dumps({"session": session, "scene": scene}))
-        self.hello, _ = self.next("hello")
-        self.scene, _ = self.next("scene")
-        self.run, self.arrays = self.next("run")
+        self.begin()
 
-    def next(self, *kinds: str) -> tuple[Head, list[Any]]:
-        """Return the next frame of one of some kinds; kernels may have to be compiled first."""
-        while True:
-            message = self.socket.recv(timeout=900)
-            assert isinstance(message, bytes)
-            head, arrays = decoded(message)
-            if head["kind"] in kinds:
-                return head, arrays
+    def received(self) -> bytes:
+        message = self.socket.recv(timeout=900)
+        assert isinstance(message, bytes)
+        return message
 
     def send(self, do: str, **message: Any) -> None:
         self.socket.send(json.dumps({"do": do, **message}))
-
-    def set(self, path: str, value: Any) -> Head:
-        """Change a field and return the scene that then is."""
-        self.send("set", path=path, value=value)
-        self.run, self.arrays = self.next("run")
-        self.scene, _ = self.next("scene")
-        return dict(self.scene["table"])
 
     def __enter__(self) -> "Page":
         return self

@@ -1,27 +1,24 @@
 """The explorer's page in headless Chromium: what a user does, and what the page then shows."""
 
-import shutil
+import base64
+import re
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from wheeltapper import Scenario, load, simulate
+
+from .chromium import MISSING
 from .pages import EXTRA
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = Path(sys.executable).with_name("wheeltapper")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-MISSING = "no package playwright" if find_spec("playwright") is None else "no chromium" if CHROMIUM is None else ""
-FLAGS = [
-    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync",
-]  # fmt: skip
 pytestmark = [EXTRA, pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=f"the page is not tested: {MISSING}")]
 BUMP = "completed, 0.12 s: 11 impacts"
 
@@ -50,34 +47,6 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     yield held
     code, said = held.end()
     assert (code, said) == (0, "wheeltapper: explorer ended\n"), "Ctrl-C ends it, and nothing else was said"
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as driver:
-        held = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield held
-        held.close()
-
-
-@pytest.fixture
-def opened(browser: Any) -> Iterator[Callable[..., Any]]:
-    """Return what opens a page; at the end no page may have met an error."""
-    context = browser.new_context(viewport={"width": 1500, "height": 1000}, accept_downloads=True)
-    errors: list[str] = []
-
-    def open_page(address: str) -> Any:
-        page = context.new_page()
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.goto(address)
-        page.wait_for_selector("html[data-drawn]", timeout=60_000)
-        return page
-
-    yield open_page
-    context.close()
-    assert errors == []
 
 
 def shows(page: Any, text: str) -> None:
@@ -168,6 +137,8 @@ def test_nothing_on_the_page_comes_from_elsewhere_and_every_picture_is_named(
     server: Server, browser: Any, opened: Callable[..., Any]
 ) -> None:
     page = opened(server.address)
+    page.locator("body").press("m")  # its figure is made when it is first looked at
+    page.wait_for_selector("html[data-mapped]", timeout=300_000)
     loaded = page.evaluate("performance.getEntriesByType('resource').map(entry => entry.name)")
     assert len(loaded) > 10
     assert {name for name in loaded if not name.startswith(server.address)} == set()
@@ -207,6 +178,142 @@ def test_ten_tabs_have_ten_scenes_and_a_killed_server_loses_none(tmp_path: Path,
     page.wait_for_function("() => document.querySelector('#toml').textContent.includes('speed = 5.3')")
     code, said = second.end()
     assert (code, said) == (0, "wheeltapper: explorer ended\n")
+
+
+# -- recordings with their sites ---------------------------------------------------------------------------------------
+
+
+def dropped(page: Any, *paths: Path) -> Any:
+    """Drop files on the page as a user does, from a folder of the desktop."""
+    data = page.evaluate_handle("() => new DataTransfer()")
+    for path in paths:
+        page.evaluate(
+            """([data, name, text]) => {
+                const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+                data.items.add(new File([bytes], name));
+            }""",
+            [data, path.name, base64.b64encode(path.read_bytes()).decode()],
+        )
+    page.dispatch_event("body", "drop", {"dataTransfer": data})
+
+
+def test_a_recording_that_is_dropped_with_its_site_is_diagnosed_on_the_page(
+    server: Server, opened: Callable[..., Any]
+) -> None:
+    page = opened(server.address)
+    dropped(page, ROOT / "examples" / "data" / "deck_flat.csv.gz")
+    page.wait_for_function("() => document.querySelector('#drop-words').textContent.includes('drop the TOML file')")
+    dropped(page, ROOT / "examples" / "site.toml")
+    page.wait_for_selector("#finding pre", timeout=600_000)  # kernels may have to be compiled
+    assert page.inner_text("#drop-words") == "deck_flat.csv.gz: wheel flat"
+    said = page.inner_text("#finding pre")
+    size = re.search(r"Length: ([\d.]+) mm", said)
+    assert size is not None, said
+    assert float(size[1]) == pytest.approx(40.0, abs=0.1)  # what README.md says of this recording
+    page.wait_for_function("() => document.querySelector('#finding img').naturalWidth > 600")
+    assert page.get_attribute("#finding img", "alt") == "finding: deck_flat.csv.gz: wheel flat"
+    assert page.locator("#drop-part").get_attribute("open") is not None
+    page.wait_for_function("() => document.querySelector('#words').textContent === ''")
+
+
+def test_a_train_that_is_dropped_with_its_detector_is_measured_on_the_page(
+    server: Server, opened: Callable[..., Any]
+) -> None:
+    page = opened(server.address)
+    passage = ROOT / "examples" / "data" / "passages" / "2026-11-02T08-12_id=4711.csv.gz"
+    dropped(page, passage, ROOT / "examples" / "detector.toml")
+    page.wait_for_selector("#finding pre", timeout=300_000)
+    assert "axles" in page.inner_text("#drop-words")
+    assert "strikes: axle 7 right" in page.inner_text("#finding pre")
+    page.wait_for_function("() => document.querySelector('#finding img').naturalWidth > 600")
+
+
+def test_what_cannot_be_diagnosed_is_told_in_a_line(server: Server, opened: Callable[..., Any], tmp_path: Path) -> None:
+    page = opened(server.address)
+    broken = tmp_path / "broken.csv"
+    broken.write_text("t [s],a [m/s^2]\n0,x\n", encoding="utf-8")
+    dropped(page, broken, ROOT / "examples" / "site.toml")
+    page.wait_for_function("() => document.querySelector('#drop-words').classList.contains('wrong')", timeout=60_000)
+    said = page.inner_text("#drop-words")
+    assert said.startswith("broken.csv")
+    assert "\n" not in said
+    assert page.locator("#finding pre").count() == 0
+
+
+# -- vehicles with several wheels --------------------------------------------------------------------------------------
+
+
+COACH = ("4 wheels", "car body", "bogie 1", "bogie 2")
+SEVERAL: dict[str, tuple[int, str, tuple[str, ...]]] = {
+    "coach_step.toml": (8, "the right", COACH),
+    "coach_on_ballast.toml": (8, "the left", (*COACH, "sleepers")),
+    "bogie_over_weld.toml": (2, "", ("2 wheels", "frame", "sleepers")),
+    "flat_on_ballast.toml": (1, "", ("a wheel", "sleepers")),
+    "three wheelsets": (3, "", ("3 wheels", "sleepers")),
+}
+"""By example: its contacts, the side that is shown, and what moves."""
+
+
+@pytest.mark.parametrize("file", SEVERAL)
+def test_every_panel_of_a_vehicle_shows_its_run(file: str, opened: Callable[..., Any], tmp_path: Path) -> None:
+    contacts, side, bodies = SEVERAL[file]
+    scene = ROOT / "examples" / file
+    if not scene.exists():
+        scene = tmp_path / "scene.toml"
+        flat = Scenario.from_toml(ROOT / "examples" / "flat_on_ballast.toml")
+        row = {"type": "Wheelsets", "wheelsets": [flat.vehicle] * 3, "positions": [0.0, -2.56, -9.0]}
+        flat.replaced({"vehicle": row, "irregularity": {"wheelset 2": flat.irregularity}}).to_toml(scene)
+    held = Server(tmp_path, str(scene))
+    try:
+        page = opened(held.address, drawn=False)
+        page.wait_for_selector("html[data-drawn]", timeout=900_000)  # kernels may have to be compiled
+        shows(page, "completed")
+        assert not page.inner_text("#words")
+        for name in ("force", "below", "phase", "spectrum"):
+            page.locator(f"#{name}").scroll_into_view_if_needed()
+            page.wait_for_function(
+                """name => Bokeh.documents.flatMap((held) => held.roots()).some((figure) => figure.name === name
+                    && figure.renderers.some((one) => one.data_source?.data.x?.length > 500))""",
+                arg=name,
+            )
+            assert len(page.inner_text(f"#{name} h2")) > 10
+        if contacts == 8:
+            assert page.inner_text("#below h2").endswith(": car body, z")
+            assert page.inner_text("#phase h2").endswith("car body, z")
+        assert side in page.inner_text("#motion-words")
+        record = simulate(load(scene))
+        said = page.get_attribute("#force .strips", "aria-label") or ""
+        assert said.count("impacts") == (1 + contacts if contacts > 1 else 0)
+        hits = int((record.events.kind == "impact").sum())
+        if contacts > 1:
+            assert sum(map(int, re.findall(r"(\d+) impacts", said))) == hits
+            assert page.locator("#force .strips").is_visible()
+        assert page.inner_text("#summary") == str(record)
+        moving = page.get_attribute("#stage", "aria-label") or ""
+        assert [name for name in bodies if name not in moving] == []
+        before = page.inner_text("#summary")
+        type_into(page, "speed", "11 m/s")
+        page.wait_for_function(
+            "before => document.querySelector('#summary').textContent !== before", arg=before, timeout=300_000
+        )
+        page.wait_for_function("() => document.querySelector('#toml').textContent.includes('speed = 11')")
+        assert not page.inner_text("#words")
+    finally:
+        held.end()
+
+
+def test_a_wagon_is_chosen_in_the_form_and_runs(server: Server, opened: Callable[..., Any]) -> None:
+    page = opened(server.address)
+    page.select_option('[data-path="contact"] > summary select', "Hertz")
+    page.fill('[data-path="contact.constant"] input.number', "")
+    page.press('[data-path="contact.constant"] input.number', "Enter")
+    page.wait_for_function("() => !/constant = 1.4/.test(document.querySelector('#toml').textContent)")
+    page.select_option('[data-path="vehicle"] > summary select', "ErriB176")
+    page.wait_for_function(
+        "() => document.querySelector('#force h2').textContent === 'Normal force on each wheel'", timeout=300_000
+    )
+    page.wait_for_function("() => document.querySelector('#toml').textContent.includes('type = \"Wagon\"')")
+    assert page.locator("#force .strips").is_visible()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

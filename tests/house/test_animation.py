@@ -3,9 +3,11 @@
 import json
 import re
 import shutil
+import sys
 
 import numpy as np
 import pytest
+from matplotlib import rc_context
 from matplotlib.animation import FFMpegWriter
 from PIL import Image
 
@@ -143,6 +145,34 @@ def test_without_ffmpeg_one_line_says_what_to_install(record, tmp_path, monkeypa
         wt.InputError, match=r"ffmpeg, which is not installed; allowed: \.html or \.gif, or install ffmpeg"
     ):
         wt.show.animate(record, tmp_path / "a.mp4")
+
+
+FAKE = """#!{python}
+import sys
+from pathlib import Path
+given = sys.argv[1:]
+size = given[given.index("-s") + 1] if "-s" in given else given[given.index("-video_size") + 1]
+wide, tall = map(int, size.split("x"))
+raw = sys.stdin.buffer.read()
+frames, rest = divmod(len(raw), 4 * wide * tall)
+assert rest == 0
+frame = 4 * wide * tall
+same = sum(raw[i * frame : (i + 1) * frame] == raw[:frame] for i in range(frames))
+Path(given[-1]).write_text(f"{{frames}} {{same}} {{' '.join(given)}}")
+"""
+
+
+def test_what_ffmpeg_is_given_for_an_mp4(record, tmp_path):
+    """A program that stands for ffmpeg counts the frames that it is given, and those that are like the first one."""
+    program = tmp_path / "ffmpeg"
+    program.write_text(FAKE.format(python=sys.executable), encoding="utf-8")
+    program.chmod(0o755)
+    with rc_context({"animation.ffmpeg_path": str(program)}):
+        made = wt.show.animate(record, tmp_path / "a.mp4", start="5 ms", stop="10 ms", seconds=1.0, frames_per_second=5)
+    frames, same, *given = made.read_text(encoding="utf-8").split()
+    assert (frames, same) == ("5", "1")
+    assert given[given.index("-framerate" if "-framerate" in given else "-r") + 1] in ("5", "5.0")
+    assert given[given.index("-pix_fmt", given.index("-i")) + 1] == "yuv420p"  # what browsers and phones play
 
 
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="needs the program ffmpeg")

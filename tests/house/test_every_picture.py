@@ -15,6 +15,7 @@ from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.element import Element
 from wheeltapper.faces.drawers import HELD, KINDS, TITLES
+from wheeltapper.faces.faults import reference_passage
 from wheeltapper.faces.plane import integrated
 
 from .test_charts import BUMP, OVER, PAIR
@@ -48,6 +49,12 @@ NOUNS |= {
         anomalies=(wt.tracks.HangingSleeper(seat=2, void=1e-3), wt.tracks.MissingPad(seat=4)),
     ),
     "Law with a rate": wt.contact.Law(lambda d, v: 1.4e11 * d**1.5 * (1.0 + 0.4 * v)),
+    "Rule": wt.diagnosis.read_rules()[0], "Rule of a sum": wt.diagnosis.read_rules()[-1],
+    "Prior": wt.diagnosis.Prior(0.04, 0.7, "lognormal"), "Prior, normal": wt.diagnosis.Prior(9.0, 0.1, "normal"),
+    "Prior, uniform": wt.diagnosis.Prior(1.4, 1.4, "uniform"), "Prior, flat": wt.diagnosis.Prior(1500.0),
+    "Prior, shift": wt.diagnosis.Prior(0.0, 1e-3, "shift"),
+    "Neighbour": wt.diagnosis.Neighbour(spacing=-2.5, fault="wheel flat", size=(0.02, 0.06)),
+    "Condition": wt.diagnosis.Condition("broken spring"),
     "Hertz with hysteresis": wt.Hertz(hysteresis=0.5), "pad sensor": wt.diagnosis.Sensor(kind="pad force", seat=3),
 }  # fmt: skip
 
@@ -67,6 +74,48 @@ def test_a_noun_draws_itself(name):
     figure = NOUNS[name].plot()
     assert flaws(figure) == []
     assert figure.get_suptitle()
+
+
+@pytest.mark.parametrize("name", wt.diagnosis.CATALOGUE)
+def test_a_fault_draws_the_force_that_it_changes_and_what_is_believed_of_it(name):
+    fault = wt.diagnosis.CATALOGUE[name]
+    figure = fault.plot()
+    assert flaws(figure) == []
+    assert figure.get_suptitle().startswith(f"{name} ({fault.part})")
+    healthy, faulty = (line.get_ydata() for line in figure.axes[0].get_lines())
+    common = min(len(healthy), len(faulty))
+    assert np.abs(healthy[:common] - faulty[:common]).max() > 0.1  # kN
+    assert len(figure.axes) == 1 + len(fault.believed(reference_passage()))
+    assert name in fault._repr_html_()
+
+
+def test_a_rule_shows_what_it_allows_and_to_what_it_applies():
+    rule = next(one for one in wt.diagnosis.read_rules() if one.plus_static and np.isfinite(one.speed_up_to))
+    limit, scope = rule.plot().axes
+    static, allowed = limit.get_lines()[0].get_data()
+    np.testing.assert_allclose(1e3 * allowed, [rule.allowed(1e3 * one) for one in static])
+    assert scope.collections[0].get_paths()[0].get_extents().y1 == pytest.approx(3.6 * rule.speed_up_to)
+    assert f"{rule.limit / 1e3:g} kN" in rule._repr_html_()
+
+
+def test_a_prior_shows_its_density():
+    x, y = wt.diagnosis.Prior(0.04, 0.7, "lognormal").plot().axes[0].get_lines()[0].get_data()
+    assert x[np.argmax(y)] == pytest.approx(0.04)
+    np.testing.assert_allclose(y, np.exp(-0.5 * (np.log(x / 0.04) / 0.7) ** 2), atol=1e-12)
+    x, y = wt.diagnosis.Prior(1.4, 0.2, "uniform").plot().axes[0].get_lines()[0].get_data()
+    assert (y[np.abs(x - 1.4) < 0.199] == 1.0).all()
+    assert (y[np.abs(x - 1.4) > 0.201] == 0.0).all()
+    assert "lognormal" in wt.diagnosis.Prior(0.04, 0.7, "lognormal")._repr_html_()
+
+
+def test_neighbours_stand_where_they_run():
+    row = [wt.diagnosis.Neighbour(spacing=2.5), wt.diagnosis.Neighbour(spacing=-17.5, fault="wheel flat", size=0.03)]
+    figure = wt.plot(row)
+    assert flaws(figure) == []
+    *wheels, _ = figure.axes[0].get_lines()
+    np.testing.assert_allclose([line.get_xdata()[:-1].mean() for line in wheels], [0.0, 2.5, -17.5], atol=1e-9)
+    assert "wheel flat, length 0.03 m" in figure.get_suptitle()
+    assert "17.5" in row[1]._repr_html_()
 
 
 def test_a_law_of_contact_shows_its_force():

@@ -51,7 +51,9 @@ def shown():
         "track": wt.tracks.Ballasted.named("Zhai2004"), "bump": BUMP.irregularity[0],
         "law": wt.contact.Law(lambda d: 1e11 * d**1.5), "roc": wt.diagnosis.roc([1, 2, 3], [2, 3, 4]),
         "limits": wt.limits.check(record), "detector": wt.load("examples/detector.toml"),
-        "force": wt.diagnosis.reconstructed(recording, site),
+        "force": wt.diagnosis.reconstructed(recording, site), "rule": wt.diagnosis.read_rules()[-1],
+        "prior": wt.diagnosis.Prior(0.04, 0.7, "lognormal"), "fault": wt.diagnosis.CATALOGUE["wheel flat"],
+        "neighbour": wt.diagnosis.Neighbour(spacing=2.5, fault="wheel flat"),
     }  # fmt: skip
 
 

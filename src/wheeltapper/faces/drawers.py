@@ -43,16 +43,21 @@ KINDS = {
     "diagnosis.detection.detection.Detection": Drawer("chances.draw_detection"),
     "diagnosis.detection.roc.FalseCalls": Drawer("chances.draw_false_calls"),
     "diagnosis.detection.roc.Roc": Drawer("chances.draw_roc"),
+    "diagnosis.faults.base.Fault": Drawer("faults.draw_fault"),
     "diagnosis.finding.Finding": Drawer("findings.draw_finding"),
     "diagnosis.force.reconstruction.Force": Drawer("results.draw_force"),
     "diagnosis.inference.combinations.Combinations": Drawer("chances.draw_combinations"),
     "diagnosis.inference.estimate.Estimate": Drawer("chances.draw_estimate"),
     "diagnosis.inference.information.Information": Drawer("chances.draw_information"),
+    "diagnosis.inference.problem.Prior": Drawer("faults.draw_prior"),
     "diagnosis.performance.Performance": Drawer("findings.draw_performance"),
     "diagnosis.site.design.Design": Drawer("findings.draw_design"),
+    "diagnosis.site.neighbours.Condition": Drawer("faults.draw_condition"),
+    "diagnosis.site.neighbours.Neighbour": Drawer("faults.draw_neighbour", "faults.draw_neighbours"),
     "diagnosis.train.TrainFinding": Drawer("trains.draw_train", "trains.draw_trains"),
     "orbits.orbit.Orbit": Drawer("orbits.draw_orbit"),
     "record.limits.comparison.LimitCheck": Drawer("joints.draw_limits"),
+    "record.limits.rule.Rule": Drawer("joints.draw_rule"),
     "record.record.Record": Drawer("records.draw_record", "results.draw_records"),
     "record.recording.Recording": Drawer("results.draw_recording", "results.draw_recordings"),
 }
@@ -124,7 +129,8 @@ def _drawer_of_several(what: Any) -> Drawer:
     for number, drawer in enumerate(found):
         if drawer is None or not drawer.several or drawer != found[0]:
             kinds = (
-                "Records, Recordings, trains, laws of contact or creep, modes at rising speeds, or borders of orbits"
+                "Records, Recordings, trains, neighbours, laws of contact or creep, modes at rising speeds, or borders "
+                "of orbits"
             )
             raise InputError("", f"what.{number}", value_text(what[number]), f"in a list several of a kind: {kinds}")
     assert found[0] is not None

@@ -1,14 +1,16 @@
-"""Pictures of a joint's forces over speed, and of a run beside its limits."""
+"""Pictures of a joint's forces over speed, of a limit, and of a run beside its limits."""
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wheeltapper.faces.panels import BLUE, GREEN, RED, legend_above
+from wheeltapper.faces.panels import BLUE, GREEN, RED, legend_above, panels
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.limits.comparison import LimitCheck
+from wheeltapper.record.limits.rule import QUANTITIES, Rule
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,6 +24,12 @@ LINES = {
     "largest_force": ("largest", GREEN, ":"),
 }
 """Label, colour and line of each force."""
+HEAVIEST = {"wheel": 150e3, "axle": 300e3}
+"""Largest static force over which a limit is drawn, N."""
+DIAMETERS, FASTEST = (0.3, 1.3), 400.0
+"""Diameters of wheels (m) and speeds (km/h) among which a limit is shown to apply."""
+UNITS = {"force": (1e-3, "kN"), "length": (1e3, "mm"), "number": (1.0, "ratio")}
+"""Factor from SI and unit in which a limit is drawn."""
 
 
 def draw_joint(joint: xr.Dataset) -> Figure:
@@ -70,4 +78,34 @@ def draw_limits(found: LimitCheck) -> Figure:
     axis.set(xlabel="value over what is allowed", xlim=(0.0, longest), ylim=(len(found) - 0.5, -0.5))
     exceeded = len(found.exceeded)
     figure.suptitle(f"{exceeded} of {len(found)} limits exceeded; verify the current editions", fontsize=9)
+    return figure
+
+
+def draw_rule(rule: Rule) -> Figure:
+    """Draw what a limit allows over the static force, and to which wheels and speeds it applies."""
+    figure, (limit, scope) = panels(2, 6.5)
+    static = np.linspace(0.0, HEAVIEST[rule.per], 101)
+    factor, unit = UNITS[QUANTITIES[rule.quantity]]
+    allowed = factor * np.array([rule.allowed(float(one)) for one in static])
+    top = 1.3 * float(allowed.max())
+    limit.plot(static / 1e3, allowed, color=RED, label="allowed")
+    at = "at and above" if rule.when == "reached" else "above"
+    limit.fill_between(static / 1e3, allowed, top, color=RED, alpha=0.15, linewidth=0, label=f"{rule.level}: {at} it")
+    limit.set(
+        xlabel=f"static force of the {rule.per} [kN]", ylabel=f"{rule.quantity.replace('_', ' ')} [{unit}]",
+        xlim=(0.0, static[-1] / 1e3), ylim=(0.0, top),
+    )  # fmt: skip
+    legend_above(limit)
+    wheels = np.clip((rule.diameter_above, rule.diameter_up_to), *DIAMETERS)
+    speeds = np.clip((3.6 * rule.speed_above, 3.6 * rule.speed_up_to), 0.0, FASTEST)
+    scope.fill_between(
+        wheels, *np.repeat(speeds[:, None], 2, axis=1), color=BLUE, alpha=0.3, linewidth=0, label="applies"
+    )
+    scope.set(xlabel="diameter of the wheel [m]", ylabel="speed [km/h]", xlim=DIAMETERS, ylim=(0.0, FASTEST))
+    legend_above(scope)
+    filtered = [f"forces below {rule.low_pass:g} Hz"] if np.isfinite(rule.low_pass) else []
+    filtered += [f"means over {rule.sliding_mean:g} m"] if rule.sliding_mean else []
+    stated = ", ".join(part for part in (rule.body, rule.country, rule.edition) if part)
+    lines = [f"{rule.name}: {rule.limit_text}", "; ".join([*([stated] if stated else []), *filtered, rule.verify])]
+    figure.suptitle("\n".join(fill(line, 110) for line in lines), x=0.02, ha="left", fontsize=9)
     return figure

@@ -19,12 +19,16 @@ from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.manual import field_descriptions
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.vehicle.wagon import Wagon
+from wheeltapper.diagnosis.faults.base import Fault
 from wheeltapper.diagnosis.finding import Finding
 from wheeltapper.diagnosis.force.reconstruction import Force
+from wheeltapper.diagnosis.inference.problem import Prior
+from wheeltapper.diagnosis.site.neighbours import Condition
 from wheeltapper.diagnosis.train import TrainFinding
 from wheeltapper.faces.panels import in_unit, spaced
 from wheeltapper.orbits.orbit import Orbit
 from wheeltapper.record.limits.comparison import LimitCheck
+from wheeltapper.record.limits.rule import Rule
 from wheeltapper.record.record import Record
 from wheeltapper.record.recording import Recording
 
@@ -279,6 +283,65 @@ def _(check: LimitCheck) -> Page:
         for row in check
     ]  # fmt: skip
     return Page("LimitCheck", f"{len(check.exceeded)} of {len(check)} limits exceeded", rows)
+
+
+@page_of.register
+def _(rule: Rule) -> Page:
+    bounds = [
+        (quantity(low, unit), quantity(high, unit), words)
+        for low, high, unit, words in (
+            (rule.diameter_above, rule.diameter_up_to, "m", "diameter"),
+            (rule.speed_above, rule.speed_up_to, "m/s", "speed"),
+        ) if np.isfinite(high) or (np.isfinite(low) and low > 0.0)
+    ]  # fmt: skip
+    rows = [
+        Row("allowed", rule.limit_text, f"of the {rule.quantity.replace('_', ' ')}; counts where {rule.when}"),
+        Row("level", rule.level),
+        *(Row(words, f"above {low}, up to {high}", "to which it applies") for low, high, words in bounds),
+        *([Row("low pass", quantity(rule.low_pass, "Hz"))] if np.isfinite(rule.low_pass) else []),
+        *([Row("sliding mean", quantity(rule.sliding_mean, "m"), "of the way")] if rule.sliding_mean else []),
+        *(
+            Row(name, getattr(rule, name))
+            for name in ("body", "country", "edition", "date", "source", "basis", "applies", "verify")
+            if getattr(rule, name)
+        ),
+    ]
+    return Page(f"Rule: {rule.name}", "", rows)
+
+
+@page_of.register
+def _(prior: Prior) -> Page:
+    return Page(
+        "Prior", "", [Row(name, f"{held:.6g}" if isinstance(held, float | int) else str(held)) for name, held in
+                      prior._asdict().items()],
+    )  # fmt: skip
+
+
+@page_of.register
+def _(fault: Fault) -> Page:
+    rows = [
+        Row("part", fault.part, "of the wheelset"),
+        Row("size", fault.size, f"usually {fault.usual:.6g} {fault.unit}".rstrip()),
+        *([Row("field", fault.path, "that holds its size")] if fault.path else []),
+        Row("acts", fault.acts),
+    ]
+    return Page(f"Fault: {fault.name}", fault.meaning, rows)
+
+
+@page_of.register
+def _(condition: Condition) -> Page:
+    spacing = getattr(condition, "spacing", None)
+    ahead = "ahead of" if spacing is not None and spacing > 0.0 else "behind"
+    given = [(name, held) for name in ("size", "place") if (held := getattr(condition, name)) is not None]
+    place = (
+        [] if spacing is None else [Row("spacing", quantity(abs(spacing), "m"), f"{ahead} the wheelset of interest")]
+    )
+    rows = [
+        *place,
+        Row("fault", condition.fault or "none"),
+        *(Row(name, _value_text(held, "")) for name, held in given),
+    ]
+    return Page(type(condition).__name__, condition.label, rows)
 
 
 @page_of.register

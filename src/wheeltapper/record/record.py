@@ -287,6 +287,10 @@ class Record(Shown):
         return 4 * sum(np.size(values) for _, values in found.values())
 
     def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
+        return dataset(self._variables_at(wanted), several=self._contacts.has_sides)
+
+    def _variables_at(self, wanted: FloatArray) -> Variables:
+        """Return variables and axes at some times, s, with dimensions; a dataset takes longer than a short run."""
         order = np.argsort(wanted, kind="stable")
         back = np.argsort(order, kind="stable")
         found = self._kind.sample(self.scenario, self._lowered, self._march, wanted[order])
@@ -299,7 +303,7 @@ class Record(Shown):
                 variables[name] = (*dimensions[:-1], *among), by_wheel
             else:
                 variables[name] = dimensions, over_time
-        return dataset(variables, several=self._contacts.has_sides)
+        return variables
 
     def _per_wheel(self, values: FloatArray, attributes: dict[str, str]) -> xr.DataArray:
         """Return one value per wheel as it is in public."""

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import Lowered
-from wheeltapper.lower.on_rails import LoweredOnRails
 from wheeltapper.lower.plastic import left_after, loading_force, stored_below
 from wheeltapper.lower.wagon_marks import onset_of
 from wheeltapper.march import assembly as asm
@@ -19,6 +18,7 @@ from wheeltapper.march.general.contract import Contact, Law
 from wheeltapper.march.law_columns import PLASTIC_ONSET
 
 if TYPE_CHECKING:
+    from wheeltapper.lower.on_rails import LoweredOnRails
     from wheeltapper.lower.wagon import LoweredWagon
     from wheeltapper.march.assembly import Assembly
     from wheeltapper.march.general.task import Marched

@@ -17,6 +17,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.quantities import to_si
+from wheeltapper.ground.shown import Shown
 from wheeltapper.record.arguments import as_scenario
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ Sizes = float | tuple[float, float] | None
 """A size, a range from which each passage's size is drawn, or None for the usual size."""
 
 
-class Fault:
+class Fault(Shown):
     """One fault of a wheelset.
 
     A fault is a subclass with these attributes, and with `made` and `believed`. All others have a default.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import isfinite
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from wheeltapper.diagnosis.inference.sensing import drifted, filtered
 from wheeltapper.diagnosis.inference.timing import TIME_ZERO, TimedPassage, timed, zero_of
 from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.shown import page_of, picture_of
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march import program as contract
 from wheeltapper.record.recording import Recording
@@ -48,6 +49,13 @@ class Prior(NamedTuple):
     centre: float
     deviation: float = np.inf
     kind: Literal["flat", "normal", "lognormal", "uniform", "shift"] = "flat"
+
+    def plot(self, path: Any = None, **options: Any) -> Any:
+        """Return its picture, as `Shown` has it; a named tuple has no other base."""
+        return picture_of(self, path, **options)
+
+    def _repr_html_(self) -> str:
+        return page_of(self)
 
     @property
     def is_flat(self) -> bool:

@@ -30,6 +30,7 @@ from wheeltapper.describe.vehicle.element import GROUND, Damper, Spring
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import to_si
+from wheeltapper.ground.shown import Shown
 from wheeltapper.march import run
 from wheeltapper.record.simulate import simulate
 
@@ -46,7 +47,7 @@ suppressed."""
 
 
 @dataclass(frozen=True)
-class Condition:
+class Condition(Shown):
     """The condition of one wheelset: a fault, or none.
 
     Attributes

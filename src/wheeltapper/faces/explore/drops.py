@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from wheeltapper.describe.scenario import TABLES, toml_table
-from wheeltapper.describe.site import Site, as_site
+from wheeltapper.describe.site import Site
 from wheeltapper.faces.cli_site import RECORDINGS
 from wheeltapper.faces.explore.paths import Files
 from wheeltapper.faces.explore.session import Session
@@ -46,31 +46,55 @@ def taken(session: Session, path: Path, say: Callable[[str], None]) -> dict[str,
 
 
 def _taken_table(session: Session, path: Path, say: Callable[[str], None]) -> dict[str, Any]:
-    text = path.read_text(encoding="utf-8", errors="replace")
-    fields = {line.split("=")[0].strip(" []").split(".")[0] for line in text.splitlines()}
-    if TABLES["a site"][0] not in fields:
+    table = toml_table(path, "a scenario or a site")
+    has_sensors = "vehicle" not in table and not {"sensor", "sensors"}.isdisjoint(table)
+    if TABLES["a site"][0] not in table and not has_sensors:
         refused = session.edit([{"do": "bring", "scene": toml_table(path, "a scenario")}])
         if refused:
             raise InputError(path.name, "", refused[0].line, "a scenario that this page can show")
         return {"words": f"{path.name} is the scene now.", "scene": True}
-    held = Files(path.parent).checked(toml_table(path, "a site"))  # what it names has to be dropped, too
-    session.site = as_site(Site.of(held, path.name))
+    held = Files(path.parent).checked(table)  # what it names has to be dropped, too
+    session.site = Site.of(held, path.name)
     if session.recording is None:
         return {"words": f"{path.name} is the site; now drop a recording."}
     return _diagnosed(session, say)
 
 
 def _diagnosed(session: Session, say: Callable[[str], None]) -> dict[str, Any]:
-    from wheeltapper.diagnosis.diagnose import diagnose
     from wheeltapper.faces.explore.exports import picture
-    from wheeltapper.record.read_recording import read_recording
 
     path, site = session.recording, session.site
     assert path is not None
     say(f"diagnosing {path.name}")
-    with reporting(lambda what, done, total: None, say):
-        recording = read_recording(path, apart=True)
-        finding = diagnose(recording, site, progress=lambda what, done, total: None)
-    drawn = base64.b64encode(picture(finding, "png")).decode()
-    text = str(finding).replace(str(path), path.name)
-    return {"words": f"{path.name}: {finding.verdict}", "finding": text, "picture": f"data:image/png;base64,{drawn}"}
+
+    def tell(what: str, done: float, total: float) -> None:
+        if total:
+            say(f"{what}: {100.0 * done / total:.0f} %")
+
+    with reporting(tell, say):
+        verdict, found = _of_deck(path, site, tell) if site.passage is not None else _of_detector(path, site)
+    drawn = base64.b64encode(picture(found, "png")).decode()
+    text = str(found).replace(str(path), path.name)
+    return {"words": f"{path.name}: {verdict}", "finding": text, "picture": f"data:image/png;base64,{drawn}"}
+
+
+def _of_deck(path: Path, site: Site, tell: Callable[[str, float, float], None]) -> tuple[str, Any]:
+    """Return the verdict on the wheelset that a deck has recorded, and the finding."""
+    from wheeltapper.diagnosis.diagnose import diagnose
+    from wheeltapper.record.read_recording import read_recording
+
+    finding = diagnose(read_recording(path, apart=True), site, progress=tell)
+    return finding.verdict, finding
+
+
+def _of_detector(path: Path, site: Site) -> tuple[str, Any]:
+    """Return what sensors along the track have recorded of a train."""
+    from wheeltapper.diagnosis.wayside.channels import read_channels
+    from wheeltapper.diagnosis.wayside.measure import measure_trains
+
+    trains = measure_trains(read_channels(path, site, apart=True), site, name=path.name)
+    if not trains:
+        raise InputError(path.name, "", "no axle", "a recording of a train by the sensors of the site")
+    train = max(trains, key=lambda one: len(one.axles))
+    more = f"; of {len(trains)} trains the longest" if len(trains) > 1 else ""
+    return f"{len(train.axles)} axles, {len(train.alarms)} alarms{more}", train

@@ -57,11 +57,11 @@ def _history(session: Session) -> bytes:
     import numpy as np
 
     record = _record(session)
-    history = record.at(times_of(record))
-    channels = channels_of(history)
+    history = Part(record._variables_at(times_of(record)))
+    channels = channels_of(history, record._contacts.has_sides)
     names = ["time [s]", *(f"{one.key.replace('|', ', ')} [{one.unit}]" for one in channels)]
     out = io.StringIO()
-    rows = np.column_stack([history.time.values, *(one.of(Part(history)) for one in channels)])
+    rows = np.column_stack([history.time, *(one.of(history) for one in channels)])
     header = ",".join(f'"{name}"' if "," in name else name for name in names)
     np.savetxt(out, rows, "%.9g", ",", header=header, comments="")
     return out.getvalue().encode()

@@ -56,16 +56,17 @@ class Explorer:
         self.port = int(self._socket.getsockname()[1])
         self._token = secrets.token_urlsafe(24)
         self.address = f"http://{HOST}:{self.port}/{self._token}/"
-        self._warming = threading.Thread(target=_warm_up, args=(scene,), daemon=True)
+        self._warming = threading.Thread(target=warm_up, args=(scene,), daemon=True)
         self._warming.start()
         import uvicorn
 
-        from wheeltapper.faces.explore.server import Desk, application
+        from wheeltapper.faces.explore.link import Desk
+        from wheeltapper.faces.explore.server import application
 
         self._desk = Desk(scene, folder or Path.cwd())
         config = uvicorn.Config(
             application(self._desk, self._token, self.port), log_level="critical", access_log=False, lifespan="off",
-            timeout_graceful_shutdown=1, ws="websockets-sansio", ws_max_size=2**24,
+            timeout_graceful_shutdown=1, ws="websockets-sansio", ws_max_size=2**24, ws_per_message_deflate=False,
         )  # fmt: skip
         self._server = uvicorn.Server(config)
         self._thread: threading.Thread | None = None
@@ -133,7 +134,8 @@ def explore(
     Returns
     -------
     Explorer
-        Its `address`, the `scenario` that the page shows now, `wait` and `close`. In a notebook it runs beside it.
+        Its `address`, the `scenario` that the page shows now, `wait` and `close`. For the output of a
+        notebook's cell, `wheeltapper.show.widget` returns the same page.
 
     Raises
     ------
@@ -174,7 +176,7 @@ def _listening(port: int | None) -> socket.socket:
     raise AssertionError
 
 
-def _warm_up(scene: Scenario | None) -> None:
+def warm_up(scene: Scenario | None) -> None:
     """Load the kernels for the first scene while the browser starts."""
     from wheeltapper.faces.explore.sampling import Shown, run_frame
     from wheeltapper.faces.explore.scenes import start_scene

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.cells import EXACT, STATUS, ComputedCells, compute_cells
 from wheeltapper.ask.study import Study, study_of
-from wheeltapper.describe.registry import registered_in
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.faces.explore.frames import Frame
 from wheeltapper.ground.errors import InputError, value_text
@@ -20,7 +19,6 @@ from wheeltapper.march.blocks import core_count
 from wheeltapper.record.features import Feature
 
 FloatArray = NDArray[np.float64]
-FEATURES = "wheeltapper.record.features"
 LARGEST = 256
 """Most cells along an axis of a map."""
 FIRST_TILE, PATIENCE = 64, 0.05
@@ -191,9 +189,3 @@ def _largest(values: FloatArray, slopes: FloatArray | None = None) -> tuple[Floa
         return found, found[None]
     by = slopes[0].reshape(slopes.shape[1], -1, slopes.shape[-1])
     return found, by[:, chosen, cells]
-
-
-def feature_choices() -> list[tuple[str, str, str]]:
-    """Return name, unit and definition of every feature that is registered."""
-    made = [make() for make in registered_in(FEATURES).values()]
-    return [(one.name, one.unit, one.definition) for one in made]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.faces.explore.frames import Frame
 from wheeltapper.faces.panels import in_unit
+from wheeltapper.record.kinds import Variables
+from wheeltapper.record.labels import attributes_of
 from wheeltapper.record.record import Record
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FloatArray = NDArray[np.float64]
 POINTS = 2000
@@ -34,21 +33,29 @@ NO_CHANNEL = ("time", "static_force")
 
 
 class Part(NamedTuple):
-    """Some of the times at which a record was sampled: a history, a window of it, the samples of a spectrum."""
+    """Some of the times at which a record was sampled: a history, a window of it, the samples of a spectrum.
 
-    data: xr.Dataset
+    Its variables bear no labels: a dataset takes longer than a short run, and the first one a second.
+    """
+
+    data: Variables
     rows: slice = slice(None)
 
     @property
     def time(self) -> FloatArray:
         """Times, s."""
-        return np.asarray(self.data.time.values[self.rows])
+        return np.asarray(self.data["time"][1][self.rows])
 
     def of(self, name: str, at: dict[str, Any]) -> FloatArray:
         """Return a variable over time, for one wheel or body."""
-        held = self.data[name]
-        chosen = {along: value for along, value in at.items() if along in held.dims}
-        return np.asarray((held.sel(chosen) if chosen else held).values[self.rows], dtype=float)
+        dimensions, values = self.data[name]
+        where = tuple(self.axis(along).index(at[along]) for along in dimensions[1:])
+        return np.asarray(values[(self.rows, *where)], dtype=float)
+
+    def axis(self, along: str) -> list[Any]:
+        """Return the names along an axis: wheelsets, sides, bodies."""
+        names: list[Any] = np.asarray(self.data[along][1]).tolist()
+        return names
 
 
 class Channel(NamedTuple):
@@ -66,20 +73,21 @@ class Channel(NamedTuple):
         return part.of(self.variable, self.at)
 
 
-def channels_of(history: xr.Dataset) -> list[Channel]:
-    """Return all lines of a history: for each variable one, or one for each wheel, body and direction."""
+def channels_of(history: Part, several: bool) -> list[Channel]:
+    """Return all lines of a history: for each variable one, or one for each wheel, body and direction.
+
+    `several`: whether every wheel has contacts of its own.
+    """
     found = []
-    for name, held in history.data_vars.items():
-        if held.dims[:1] != ("time",) or name in NO_CHANNEL:
+    for name, (dimensions, _) in history.data.items():
+        if dimensions[:1] != ("time",) or name in NO_CHANNEL:
             continue
-        others = [(str(along), history[along].values.tolist()) for along in held.dims[1:]]
-        for chosen in product(*(values for _, values in others)):
-            at = {along: value for (along, _), value in zip(others, chosen, strict=True)}
+        said = attributes_of(name, several)
+        for chosen in product(*(history.axis(along) for along in dimensions[1:])):
+            at = dict(zip(dimensions[1:], chosen, strict=True))
             words = ", ".join(str(v) if isinstance(v, str) else f"{along} {v}" for along, v in at.items())
-            key = "|".join([str(name), *(f"{along}={value}" for along, value in at.items())])
-            unit = _unit_of(str(held.attrs.get("units", "")), at)
-            meaning = str(held.attrs.get("long_name", name))
-            found.append(Channel(key, str(name), words, unit, meaning, at))
+            key = "|".join([name, *(f"{along}={value}" for along, value in at.items())])
+            found.append(Channel(key, name, words, _unit_of(said["units"], at), said["long_name"], at))
     return found
 
 
@@ -117,10 +125,10 @@ def run_frame(record: Record, shown: Shown, seq: int) -> Frame:
     zoomed = shown.first > 0.0 or shown.last is not None
     near = times_of(record, shown.first, shown.last) if zoomed else whole[:0]
     even = np.arange(SPECTRUM) * (record.end / SPECTRUM)
-    data = record.at(np.concatenate([whole, near, even]))  # at once: most of a short run's time goes into the labels
+    data = record._variables_at(np.concatenate([whole, near, even]))
     history = Part(data, slice(0, len(whole)))
     window = Part(data, slice(len(whole), len(whole) + len(near))) if zoomed else history
-    channels = {channel.key: channel for channel in channels_of(data)}
+    channels = {channel.key: channel for channel in channels_of(history, record._contacts.has_sides)}
     frame = Frame(
         "run", seq=seq, summary=str(record), outcome=record.outcome.name, notes=[str(note) for note in record.notes],
         end=record.end, speed=record.scenario.speed, numbers=numbers_of(record),
@@ -134,7 +142,9 @@ def run_frame(record: Record, shown: Shown, seq: int) -> Frame:
     frame.head["spectrum"] = _spectrum_panel(
         frame, record.end, Part(data, slice(-SPECTRUM, None)), channels, shown.spectrum
     )
-    frame.head["events"] = [_marks(frame, record, contact) for contact in range(len(record._contacts.static_force))]
+    frame.head["events"] = [
+        _marks(frame, record, contact) | {"name": name} for contact, name in enumerate(_contact_names(record))
+    ]
     frame.head["motion"] = _motion(frame, record, history)
     return frame
 
@@ -158,11 +168,16 @@ def _name(channel: Channel) -> str:
 
 def _several(channels: dict[str, Channel], key: str, usual: tuple[str, ...]) -> list[Channel]:
     """Return the lines that a panel shows for a chosen one: that of every wheel, or that of one body."""
-    known = (one for name in usual for one in channels.values() if one.variable == name)
-    chosen = channels.get(key) or next(known, None) or next(iter(channels.values()))
+    chosen = channels.get(key) or _usual(channels, usual) or next(iter(channels.values()))
     if "body" in chosen.at or "motion" in chosen.at:
         return [chosen]
     return [one for one in channels.values() if one.variable == chosen.variable][:MOST_LINES]
+
+
+def _usual(channels: dict[str, Channel], names: tuple[str, ...]) -> Channel | None:
+    """Return the first line of one of some variables; of a body's motions the vertical one."""
+    known = [one for name in names for one in channels.values() if one.variable == name]
+    return next((one for one in known if one.at.get("motion", "z") == "z"), None)
 
 
 def _panel(frame: Frame, lines: list[tuple[str, FloatArray]], unit: str, title: str) -> dict[str, Any]:
@@ -177,7 +192,8 @@ def _force_panel(frame: Frame, record: Record, window: Part, forces: list[Channe
     several = len(forces) > 1
     of = "each wheel" if record._contacts.has_sides else "each wheelset" if several else "the wheelset"
     lines = [(one.words or "normal force", one.of(window)) for one in forces[:MOST_LINES]]
-    panel = _panel(frame, lines, "N", f"Normal force on {of}")
+    cut = f", the first {MOST_LINES} of {len(forces)}" if len(forces) > MOST_LINES else ""
+    panel = _panel(frame, lines, "N", f"Normal force on {of}{cut}")
     static = record._contacts.static_force[: len(lines)]
     return panel | {"key": FORCE, "static": [panel["factor"] * float(value) for value in static]}
 
@@ -193,7 +209,7 @@ def _below_panel(frame: Frame, window: Part, channels: dict[str, Channel], key: 
         title += ", and the path of a rigid wheel" if paths else ""
     elif first.words and len(chosen) == 1:
         title += f": {first.words}"
-    return _panel(frame, lines, first.unit, title) | {"key": first.key}
+    return _panel(frame, lines, first.unit, title) | {"key": first.key, "axis": first.variable.replace("_", " ")}
 
 
 def _phase_panel(frame: Frame, history: Part, channels: dict[str, Channel], key: str) -> dict[str, Any]:
@@ -201,8 +217,8 @@ def _phase_panel(frame: Frame, history: Part, channels: dict[str, Channel], key:
     pairs = {one.key: other for one in channels.values() if (other := _velocity(one, channels)) is not None}
     if not pairs:
         return {"title": "Phase portrait: nothing with a velocity", "choices": []}
-    usual = next((k for k in pairs if k.startswith(("wheel_displacement", "displacement"))), next(iter(pairs)))
-    key = key if key in pairs else usual
+    usual = _usual({k: channels[k] for k in pairs}, ("wheel_displacement", "displacement"))
+    key = key if key in pairs else next(iter(pairs)) if usual is None else usual.key
     place, rate = channels[key], pairs[key]
     x, y = place.of(history), rate.of(history)
     x_factor, x_unit = in_unit([float(np.nanmax(np.abs(x))) / 4.0], place.unit)
@@ -243,6 +259,13 @@ def _spectrum_panel(frame: Frame, end: float, even: Part, channels: dict[str, Ch
     }  # fmt: skip
 
 
+def _contact_names(record: Record) -> list[str]:
+    """Return a short name of each wheel, or wheelset: "1 left"."""
+    labels, count = record._contacts.public_labels, len(record._contacts.static_force)
+    parts = [labels[name][:count].tolist() for name in ("wheelset", "side") if name in labels]
+    return [" ".join(map(str, one)) for one in zip(*parts, strict=True)] if parts else ["wheelset"]
+
+
 def _marks(frame: Frame, record: Record, contact: int) -> dict[str, Any]:
     """Return between which times a wheel has no contact, and when it hits the rail again."""
     from wheeltapper.march import program as contract
@@ -263,12 +286,12 @@ def _marks(frame: Frame, record: Record, contact: int) -> dict[str, Any]:
 def _motion(frame: Frame, record: Record, history: Part) -> dict[str, Any]:
     """Return what is drawn in motion: the wheels of one side, bodies, deck and rail, over the history's times."""
     contacts, scenario = record._contacts, record.scenario
-    side = 1 if contacts.has_sides else 0
+    side = _shown_side(record)
     wheels = []
     for number in range(contacts.wheelsets):
         at: dict[str, Any] = {"wheelset": number + 1} if contacts.has_several else {}
-        at |= {"side": "left"} if side else {}
-        row = number * contacts.sides
+        at |= {"side": side} if contacts.has_sides else {}
+        row = number * contacts.sides + (side == "right")
         wheels.append(
             {
                 "x": float(contacts.position[row]), "static": float(contacts.static_force[row]),
@@ -280,20 +303,28 @@ def _motion(frame: Frame, record: Record, history: Part) -> dict[str, Any]:
     return {
         "time": frame.array(history.time), "wheels": wheels, "bodies": list(_bodies(frame, record, history)),
         "deck": _optional(frame, history, "deck_displacement", {}), "track": _track(scenario),
+        "side": side if contacts.has_sides else "",
     }  # fmt: skip
 
 
+def _shown_side(record: Record) -> str:
+    """Return the side whose wheels are drawn: the left one, unless only the right one meets an irregularity."""
+    wheelsets = range(1, record._contacts.wheelsets + 1)
+    met = {side: any(record.scenario.irregularities_on(one, side) for one in wheelsets) for side in ("left", "right")}
+    return "right" if record._contacts.has_sides and met["right"] and not met["left"] else "left"
+
+
 def _optional(frame: Frame, history: Part, name: str, at: dict[str, Any]) -> int | None:
-    return frame.array(history.of(name, at)) if name in history.data.data_vars else None
+    return frame.array(history.of(name, at)) if name in history.data else None
 
 
 def _wheel_height(history: Part, at: dict[str, Any], number: int) -> FloatArray:
     """Return the height of a wheel's centre over that of the first touch, m."""
-    if "wheel_displacement" in history.data.data_vars:
+    if "wheel_displacement" in history.data:
         return history.of("wheel_displacement", at)
     below = history.of("indentation", at)
     height = history.of("constraint", at) - below  # of a wagon: a wheel is where its contact is
-    if "rail_displacement" in history.data.data_vars:
+    if "rail_displacement" in history.data:
         height = height + np.nan_to_num(history.of("rail_displacement", at))
     return height
 
@@ -309,14 +340,14 @@ def _radius(scenario: Scenario, number: int) -> float:
 def _bodies(frame: Frame, record: Record, history: Part) -> Iterator[dict[str, Any]]:
     """Return the bodies above the wheels: boxes of a wagon, the frame of a bogie."""
     vehicle: Any = record.scenario.vehicle
-    if "frame" in history.data.data_vars:
+    if "frame" in history.data:
         x = record._contacts.position
         pitch = _optional(frame, history, "frame_pitch", {})
         size = {"x": float(x.mean()), "z": 0.65, "length": float(np.ptp(x)) + 0.9, "height": 0.18}
         yield size | {"name": "frame", "y": frame.array(history.of("frame", {})), "pitch": pitch}
-    elif "body" in history.data.dims:
+    elif "body" in history.data:
         boxes = vehicle.boxes
-        for name in history.data.body.values.tolist():
+        for name in history.axis("body"):
             if name not in boxes or name.startswith("wheelset"):
                 continue
             (x, _, z), (length, _, height) = boxes[name]
@@ -340,27 +371,41 @@ def _track(scenario: Scenario) -> dict[str, Any]:
     return {"kind": "stiff"}
 
 
-def surface_frame(scenario: Scenario, end: float) -> Frame:
-    """Return the heights of the rail along the run, and the deviation of the wheel around its tread, m."""
-    frame = Frame("surface")
-    run, radius = float(scenario.speed) * end, _radius(scenario, 0)
-    behind = max(0.0, -min(getattr(scenario.vehicle, "positions", None) or (0.0,)))
-    x = np.linspace(-behind - 1.0, run + 1.0, SURFACE)
+def surface_key(record: Record) -> tuple[Any, ...]:
+    """Return what the surfaces depend on: while it stays the same, they need not be sent again."""
+    scenario, contacts = record.scenario, record._contacts
+    radii = tuple(_radius(scenario, number) for number in range(contacts.wheelsets))
+    return scenario.irregularity, scenario.speed, record.end, radii, contacts.position.tolist()
+
+
+def surface_frame(record: Record) -> Frame:
+    """Return the heights of the rail along the run, and the deviation of each wheel around its tread, m."""
+    frame, scenario, contacts = Frame("surface"), record.scenario, record._contacts
+    run, side = float(scenario.speed) * record.end, _shown_side(record)
+    x = np.linspace(float(contacts.position.min()) - 1.0, run + 1.0, SURFACE)
     turn = np.linspace(0.0, 2.0 * np.pi, 721)
-    rail, wheel = np.zeros(len(x)), np.zeros(len(turn))
-    for item in scenario.irregularities_on(1, "left"):
-        course = item.course(radius)
-        if item.borne == "wheel":
-            wheel += course.value(radius * turn + run * 0.0)
-        else:
-            inner = [stretch.start for stretch in course.stretches if x[0] < stretch.start < x[-1]]
-            extra = np.array([place for start in inner for place in (np.nextafter(start, -np.inf), start)])
-            if len(extra) and len(extra) < SURFACE:
-                joined = np.union1d(x, extra)
-                rail = np.interp(joined, x, rail)
-                x = joined
-            rail = rail + course.value(x)
+    rail, met, treads = np.zeros(len(x)), [], []
+    for number in range(contacts.wheelsets):
+        radius, tread = _radius(scenario, number), np.zeros(len(turn))
+        for item in scenario.irregularities_on(number + 1, side):
+            if item.borne == "wheel":
+                tread += item.course(radius).value(radius * turn)
+            elif item not in met:  # what one wheelset alone meets is drawn, too
+                met.append(item)
+                x, rail = _raised(x, rail, item.course(radius))
+        treads.append(tread)
     frame.head |= {
-        "x": frame.array(x), "rail": frame.array(rail), "turn": frame.array(turn), "wheel": frame.array(wheel),
+        "x": frame.array(x), "rail": frame.array(rail), "turn": frame.array(turn),
+        "wheels": [frame.array(tread) for tread in treads],
     }  # fmt: skip
     return frame
+
+
+def _raised(x: FloatArray, rail: FloatArray, course: Any) -> tuple[FloatArray, FloatArray]:
+    """Return places and heights with an irregularity more; places about its corners are added."""
+    inner = [stretch.start for stretch in course.stretches if x[0] < stretch.start < x[-1]]
+    extra = np.array([place for start in inner for place in (np.nextafter(start, -np.inf), start)])
+    if len(extra) and len(extra) < SURFACE:
+        joined = np.union1d(x, extra)
+        x, rail = joined, np.interp(joined, x, rail)
+    return x, rail + course.value(x)

@@ -6,20 +6,22 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wheeltapper.describe.paths import held_at
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.faces.explore.form import added, changed, form_of
 from wheeltapper.faces.explore.frames import Frame
-from wheeltapper.faces.explore.mapping import Map
 from wheeltapper.faces.explore.paths import Files
-from wheeltapper.faces.explore.sampling import Shown, run_frame, surface_frame
+from wheeltapper.faces.explore.sampling import Shown, run_frame, surface_frame, surface_key
 from wheeltapper.faces.explore.scenes import python_of, table_of, toml_of
 from wheeltapper.ground.errors import ComputationError, InputError, value_text
 from wheeltapper.ground.progress import reporting
 from wheeltapper.record.record import Record
 from wheeltapper.record.simulate import simulated_scenario
+
+if TYPE_CHECKING:
+    from wheeltapper.faces.explore.mapping import Map
 
 PAST = 100
 """Scenes that can be brought back one by one."""
@@ -181,9 +183,9 @@ class Session:
         if not record.end > 0.0:
             raise ComputationError(record.outcome)
         frames = []
-        key = (record.scenario.irregularity, record.scenario.vehicle, record.scenario.speed, record.end)
+        key = surface_key(record)
         if key != self.sent_surface:
-            frames.append(surface_frame(record.scenario, record.end))
+            frames.append(surface_frame(record))
             self.sent_surface = key
         frame = run_frame(record, self.shown, seq)
         frame.head["table"] = table_of(record.scenario)  # a pin has to hold the scene of the run that it shows

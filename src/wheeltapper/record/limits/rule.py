@@ -15,6 +15,7 @@ from wheeltapper.describe.scenario import toml_table
 from wheeltapper.ground.arguments import as_list, as_names, as_path
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.quantities import to_si
+from wheeltapper.ground.shown import Shown
 
 VERIFY = "verify current edition"
 """What every rule says by default of itself: its figure is a copy of a document that changes."""
@@ -41,7 +42,7 @@ OF_FAULTS = ("flat_length", "out_of_roundness")
 
 
 @dataclass(frozen=True)
-class Rule:
+class Rule(Shown):
     """One figure of one document; quantities may be texts with a unit, as "350 kN".
 
     Attributes

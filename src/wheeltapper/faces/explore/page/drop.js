@@ -1,8 +1,8 @@
-// Files dropped on the page go to the server, which says what they are.
+// Files dropped on the page go to Python, which says what they are.
 
 import { $, h } from "./dom.js";
 
-export function listen(session, sceneChanged) {
+export function listen(send, sceneChanged) {
   const words = $("#drop-words"), here = $("#drop-here");
   let inside = 0;
   document.addEventListener("dragenter", (event) => { event.preventDefault(); inside += 1; here.hidden = false; });
@@ -22,9 +22,8 @@ export function listen(session, sceneChanged) {
     for (const file of files) {
       words.textContent = `${file.name} is read …`;
       $("#drop-part").open = true;
-      const address = `drop?${new URLSearchParams({ session: session(), name: file.name })}`;
       try {
-        show(await (await fetch(address, { method: "POST", body: file })).json());
+        show(await send(file));
       } catch (error) {
         words.textContent = `${file.name} could not be sent: ${error.message}`;
         return;

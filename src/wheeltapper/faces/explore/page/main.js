@@ -1,4 +1,4 @@
-// The page: what the server sends goes to its parts, what is changed in them goes to the server, the newest first.
+// The page: what Python sends goes to its parts, what is changed in them goes to Python, the newest first.
 
 import { $, drawn, h, options } from "./dom.js";
 import { listen } from "./drop.js";
@@ -8,13 +8,12 @@ import { FeatureMap } from "./map.js";
 import { Motion } from "./motion.js";
 import { Pins } from "./pins.js";
 import { History, Phase, Spectrum } from "./plots.js";
+import { Strips } from "./strips.js";
 
-const kept = {
-  get: (store, name) => { try { return JSON.parse(store.getItem(name)); } catch { return null; } },
-  set: (store, name, value) => { try { store.setItem(name, JSON.stringify(value)); } catch { /* full, or forbidden */ } },
-};
+const { carrier } = globalThis, { kept } = carrier;  // socket.js or comm.js has left it there
+const link = new Link(carrier);
 let fitting = false;  // while the page itself sets the window of time
-const state = { run: null, wheel: 0, table: null, waiting: false, pending: new Map(), frame: null };
+const state = { run: null, table: null, waiting: false, pending: new Map(), frame: null };
 
 // -- the theme ----------------------------------------------------------------------------------------------------------
 
@@ -24,7 +23,7 @@ function setTheme(theme) {
   $("#theme").textContent = theme === "dark" ? "light" : "dark";
   $("#theme").setAttribute("aria-pressed", theme === "dark");
 }
-setTheme(kept.get(localStorage, "theme") ?? (wishes.matches ? "dark" : "light"));
+setTheme(kept.get("browser", "theme") ?? carrier.theme ?? (wishes.matches ? "dark" : "light"));
 
 // -- parts --------------------------------------------------------------------------------------------------------------
 
@@ -32,9 +31,10 @@ const force = new History("force", { pins: true, marks: true });
 const below = new History("below");
 const phase = new Phase(), spectrum = new Spectrum();
 const map = new FeatureMap((message) => link.send(message), (values) => edit({ do: "set several", values }, true));
-const panels = [force, below, phase, spectrum, map];
-const pins = new Pins(kept.get(sessionStorage, "pins"), (table) => edit({ do: "bring", scene: table }, true), () => {
-  kept.set(sessionStorage, "pins", pins.kept);
+const panels = [force, below, phase, spectrum];
+const strips = new Strips(force);
+const pins = new Pins(kept.get("tab", "pins"), (table) => edit({ do: "bring", scene: table }, true), () => {
+  kept.set("tab", "pins", pins.kept);
   if (state.run) draw(state.run);
 });
 const motion = new Motion({
@@ -48,7 +48,7 @@ const motion = new Motion({
 
 function retheme(theme) {
   setTheme(theme);
-  for (const panel of panels) panel.dress();
+  for (const panel of [...panels, map]) panel.dress();
   if (state.run) draw(state.run);
 }
 
@@ -89,14 +89,17 @@ const look = (what) => link.send({ do: "look", ...what });
 // -- panels out of sight are drawn when they come into it ---------------------------------------------------------------
 
 const inSight = new Set(), later = new Map();
+let tellLooked;
+const looked = new Promise((done) => { tellLooked = done; });
 const sight = new IntersectionObserver((entries) => {
   for (const { target, isIntersecting } of entries) {
     if (!isIntersecting) { inSight.delete(target); continue; }
     inSight.add(target);
     later.get(target)?.();
   }
+  tellLooked();
 }, { rootMargin: "40px" });
-for (const panel of [force, below, phase, spectrum]) sight.observe(panel.root);
+for (const panel of panels) sight.observe(panel.root);
 
 function paint(panel, show) {
   const work = () => {
@@ -112,9 +115,11 @@ function paint(panel, show) {
 
 function draw(run) {
   const { arrays } = run;
-  if (state.wheel >= run.events.length) state.wheel = 0;
-  paint(force, () => force.show(run.force, run.time, arrays, run.events, state.wheel, pins.list));
-  paint(below, () => below.show(run.below, run.time, arrays, run.events, state.wheel, []));
+  paint(force, () => {
+    force.show(run.force, run.time, arrays, run.events, pins.list);
+    strips.show(run.events, arrays);
+  });
+  paint(below, () => below.show(run.below, run.time, arrays, run.events, []));
   paint(phase, () => phase.show(run.phase, arrays));
   paint(spectrum, () => spectrum.show(run.spectrum, arrays, run.channels));
   options(below.select, run.channels.map(([key, name]) => [key, name]), run.below.key);
@@ -147,68 +152,70 @@ for (const { x_range } of [force.figure, below.figure].map((figure) => figure)) 
 
 // -- the connection -----------------------------------------------------------------------------------------------------
 
-let everFound = false;
-const link = new Link(
-  () => ({ session: sessionStorage.getItem("session") ?? "", scene: kept.get(sessionStorage, "scene") ?? null, last: kept.get(localStorage, "scene") }),
-  {
-    found() { words(""); state.waiting = false; everFound = true; },
-    lost() {
-      state.waiting = false;
-      words(everFound
-        ? "The connection to the explorer is lost; this page tries again. If it was ended, start it again: its new page brings this scene back."
-        : "The explorer does not answer. Start it again with: wheeltapper explore");
-    },
-    hello(frame) {
-      sessionStorage.setItem("session", frame.session);
-      if (frame.line) words(frame.line);
-      map.offer(frame.features);
-      $("#exports").replaceChildren(...frame.exports.map(([name, text]) =>
-        h("a", { className: "button", href: `export/${frame.session}/${name}`, download: name, textContent: text })));
-      flush();
-    },
-    scene(frame) {
-      state.table = frame.table;
-      kept.set(sessionStorage, "scene", frame.table);
-      kept.set(localStorage, "scene", frame.table);
-      form.show(frame.form);
-      $("#toml").textContent = frame.toml;
-      $("#python").textContent = frame.python;
-      $("#back").disabled = !frame.back;
-      $("#forth").disabled = !frame.forth;
-      map.scene(frame);
-      if (state.run) pins.show(state.run);
-      if (frame.seq !== undefined) answered();
-    },
-    async run(frame) {
-      const begin = performance.now();
-      state.run = frame;
-      if (frame.seq !== state.refused) {  // else the line says why the run is still the one before
-        form.clear();
-        words("");
-      }
-      draw(frame);
-      await drawn();
-      if (performance.getEntriesByName("slider").length) {
-        performance.measure("slider to picture", "slider");
-        performance.measure("drawing", { start: begin, end: performance.now() });
-        performance.clearMarks("slider");
-      }
-      document.documentElement.dataset.drawn = frame.seq;
-      answered();
-    },
-    surface(frame) { motion.setSurface(frame, frame.arrays); },
-    refused(frame) {
-      state.refused = frame.seq;
-      const left = form.refuse(frame.lines);
-      if (left.length) words(left.join(" — "));
-      if (frame.run === false || frame.final) answered();
-    },
-    words(frame) { words(frame.line, true); },
-    map(frame) { quiet(); map.begin(frame); },
-    "map tile": (frame) => map.tile(frame),
-    "map arrows"(frame) { quiet(); map.arrows(frame); },
-    "map refused"(frame) { quiet(); map.refused(frame); },
-  });
+const told = {
+  found() { words(""); state.waiting = false; },
+  lost(line) {
+    state.waiting = false;
+    words(line);
+  },
+  late: (line) => words(line, true),
+  wrong: (line) => words(line),
+  hello(frame) {
+    kept.set("tab", "session", frame.session);
+    if (frame.line) words(frame.line);
+    map.offer(frame.features);
+    $("#exports").replaceChildren(...frame.exports.map(([name, text]) => {
+      const anchor = h("a", { className: "button", download: name, textContent: text });
+      carrier.offer(anchor, frame.session, name);
+      return anchor;
+    }));
+    flush();
+  },
+  scene(frame) {
+    state.table = frame.table;
+    kept.set("tab", "scene", frame.table);
+    kept.set("browser", "scene", frame.table);
+    form.show(frame.form);
+    $("#toml").textContent = frame.toml;
+    $("#python").textContent = frame.python;
+    $("#back").disabled = !frame.back;
+    $("#forth").disabled = !frame.forth;
+    map.scene(frame);
+    if (state.run) pins.show(state.run);
+    if (frame.seq !== undefined) answered();
+  },
+  async run(frame) {
+    const begin = performance.now(), isFirst = state.run === null;
+    state.run = frame;
+    if (frame.seq !== state.refused) {  // else the line says why the run is still the one before
+      form.clear();
+      words("");
+    }
+    draw(frame);
+    await drawn();
+    if (performance.getEntriesByName("slider").length) {
+      performance.measure("slider to picture", "slider");
+      performance.measure("slider to frame", { start: "slider", end: begin });
+      performance.measure("drawing", { start: begin, end: performance.now() });
+      performance.clearMarks("slider");
+    }
+    if (isFirst) performance.mark("first picture");
+    document.documentElement.dataset.drawn = frame.seq;
+    answered();
+  },
+  surface(frame) { motion.setSurface(frame, frame.arrays); },
+  refused(frame) {
+    state.refused = frame.seq;
+    const left = form.refuse(frame.lines);
+    if (left.length) words(left.join(" — "));
+    if (frame.run === false || frame.final) answered();
+  },
+  words(frame) { if (frame.line) words(frame.line, true); else quiet(); },
+  map(frame) { quiet(); map.begin(frame); },
+  "map tile": (frame) => map.tile(frame),
+  "map arrows"(frame) { quiet(); map.arrows(frame); },
+  "map refused"(frame) { quiet(); map.refused(frame); },
+};
 
 // -- buttons and keys -----------------------------------------------------------------------------------------------------
 
@@ -219,12 +226,13 @@ $("#back").addEventListener("click", () => link.send({ do: "back" }));
 $("#forth").addEventListener("click", () => link.send({ do: "forth" }));
 $("#theme").addEventListener("click", () => {
   const theme = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
-  kept.set(localStorage, "theme", theme);
+  kept.set("browser", "theme", theme);
   retheme(theme);
 });
-wishes.addEventListener("change", () => { if (kept.get(localStorage, "theme") === null) retheme(wishes.matches ? "dark" : "light"); });
-$("#pin").addEventListener("click", () => words(pins.add(state.run, state.wheel)));
-listen(() => sessionStorage.getItem("session"), () => link.send({ do: "show" }));
+carrier.themed = (theme) => { if (kept.get("browser", "theme") === null) retheme(theme ?? (wishes.matches ? "dark" : "light")); };
+wishes.addEventListener("change", () => carrier.themed(carrier.theme));
+$("#pin").addEventListener("click", () => words(pins.add(state.run)));
+listen((file) => carrier.drop(kept.get("tab", "session"), file), () => link.send({ do: "show" }));
 $("#help").addEventListener("click", () => $("#keys").showModal());
 for (const button of document.querySelectorAll("[data-copy]")) {
   button.addEventListener("click", async () => {
@@ -253,5 +261,7 @@ document.addEventListener("keydown", (event) => {
   if (act && act() !== false) event.preventDefault();
 });
 
-await Promise.all(panels.map((panel) => panel.attach()));
-if (state.run) draw(state.run);
+// What has come meanwhile is drawn as soon as there is something to draw it on.
+await Promise.all([...panels.map((panel) => panel.attach()), looked]);
+performance.mark("panels");
+link.listen(told);

@@ -31,7 +31,11 @@ export class FeatureMap extends Panel {
   }
 
   wire() {
-    this.part.addEventListener("toggle", () => { if (this.part.open) this.refill(0); });
+    this.part.addEventListener("toggle", async () => {
+      if (!this.part.open) return;
+      await (this.attached ??= this.attach());  // the figure is drawn when it is first looked at
+      this.refill(0);
+    });
     $("#map-fill").addEventListener("click", () => this.refill(0, true));
     for (const id of ["map-feature", "map-size"]) $(`#${id}`).addEventListener("change", () => this.refill(0, true));
     for (const along of ["x", "y"]) {
@@ -119,7 +123,7 @@ export class FeatureMap extends Panel {
   refill(after, anew = false) {
     clearTimeout(this.waiting);
     this.waiting = setTimeout(() => {
-      if (!this.table || !this.fields.size || (!anew && this.map && this.map.rest === this.rest())) return;
+      if (!this.table || !this.fields.size || (!anew && this.rests === this.rest())) return;
       this.number += 1;
       this.asked = performance.now();
       const message = { feature: $("#map-feature").value, x: this.axis("x"), y: this.axis("y"), size: Number($("#map-size").value) };

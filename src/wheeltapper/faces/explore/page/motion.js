@@ -36,18 +36,20 @@ export class Motion {
     const { motion } = run;
     const array = (number) => (number === null || number === undefined ? null : arrays[number]);
     this.run = {
-      end: run.end, speed: run.speed, track: motion.track, time: arrays[motion.time], deck: array(motion.deck),
+      end: run.end, speed: run.speed, track: motion.track, side: motion.side, time: arrays[motion.time], deck: array(motion.deck),
       wheels: motion.wheels.map((wheel) => ({ ...wheel, y: arrays[wheel.y], force: arrays[wheel.force], rail: array(wheel.rail) })),
       bodies: motion.bodies.map((body) => ({ ...body, y: arrays[body.y], pitch: array(body.pitch) })),
     };
     const [deepest, highest] = extremes(this.run.wheels.map((wheel) => wheel.y), 0);  // zero: where a rail without a load is
     this.run.reach = Math.max(highest - deepest, 1e-9);
+    const parts = [`${this.run.wheels.length === 1 ? "a wheel" : `${this.run.wheels.length} wheels`}${this.run.side && ` on the ${this.run.side}`}`, ...this.run.bodies.map((body) => body.name), `track: ${motion.track.kind}`];
+    this.canvas.setAttribute("aria-label", `in motion: ${parts.join(", ")}`);
     this.draw();
   }
 
   setSurface(frame, arrays) {
-    this.surface = { x: arrays[frame.x], rail: arrays[frame.rail], turn: arrays[frame.turn], wheel: arrays[frame.wheel] };
-    this.surface.depth = span(this.surface.wheel);
+    this.surface = { x: arrays[frame.x], rail: arrays[frame.rail], turn: arrays[frame.turn], wheels: frame.wheels.map((tread) => arrays[tread]) };
+    this.surface.depth = Math.max(...this.surface.wheels.map(span));
     this.draw();
   }
 
@@ -116,12 +118,12 @@ export class Motion {
     pen.clip();
     this.drawTrack(pen, ink, { px, up, ground, scale, x, middle, deck: value(run.deck), value });
     for (const body of run.bodies) this.drawBody(pen, ink, body, { px, up, ground, scale, x, lift: value(body.y), pitch: value(body.pitch), factor });
-    for (const wheel of run.wheels) this.drawWheel(pen, ink, wheel, { px, up, ground, scale, factor, x, y: value(wheel.y), force: value(wheel.force) });
+    for (const [number, wheel] of run.wheels.entries()) this.drawWheel(pen, ink, wheel, { tread: this.surface?.wheels[number], px, up, ground, scale, factor, x, y: value(wheel.y), force: value(wheel.force) });
     pen.restore();
     this.drawGauge(pen, ink, value);
     this.scrub.value = Math.round(STEPS * this.share);
     this.clock.textContent = `${digits(1000 * time, 5)} ms`;
-    this.words.textContent = `heights × ${factor}, time slowed ${this.slowed === 1 ? "not at all" : `${this.slowed} times`}; x = ${digits(x, 4)} m`;
+    this.words.textContent = `heights × ${factor}, time slowed ${this.slowed === 1 ? "not at all" : `${this.slowed} times`}; x = ${digits(x, 4)} m${run.side && `; wheels on the ${run.side}`}`;
     this.moved(time, at.index);
   }
 
@@ -187,7 +189,7 @@ export class Motion {
     }
   }
 
-  drawWheel(pen, ink, wheel, { px, up, ground, scale, factor, x, y, force }) {
+  drawWheel(pen, ink, wheel, { tread, px, up, ground, scale, factor, x, y, force }) {
     const radius = wheel.radius * scale, centre = ground - radius - up * y, middle = px(x + wheel.x);
     const rolled = (x + wheel.x) / wheel.radius, { surface } = this;
     // a fault of the tread is exaggerated like the heights, but leaves most of the wheel
@@ -196,7 +198,7 @@ export class Motion {
     for (let step = 0; step <= 240; step += 1) {
       const turn = 2 * Math.PI * step / 240;
       // a place at the rolled distance s touches below when the wheel has rolled s
-      const held = surface ? mixed(surface.wheel, place(surface.turn, wrapped(rolled + turn))) : 0;
+      const held = tread ? mixed(tread, place(surface.turn, wrapped(rolled + turn))) : 0;
       const reach = radius + held * deep;
       pen.lineTo(middle + reach * Math.sin(turn), centre + reach * Math.cos(turn));
     }
@@ -238,7 +240,8 @@ export class Motion {
     pen.strokeRect(-body.length * scale / 2, -body.height * scale / 2, body.length * scale, body.height * scale);
     pen.fillStyle = ink.ink;
     pen.font = "11px system-ui, sans-serif";
-    pen.fillText(body.name, -body.length * scale / 2 + 4, -body.height * scale / 2 + 12);
+    pen.textAlign = "center";
+    pen.fillText(body.name, 0, 4);  // in the middle, where no wheel is before it
     pen.restore();
   }
 

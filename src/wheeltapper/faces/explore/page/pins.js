@@ -11,10 +11,11 @@ export class Pins {
     this.root = $("#pins");
   }
 
-  add(run, wheel) {
+  // Of several contacts the force of the first one is kept.
+  add(run) {
     if (!run?.table) return "This scene holds a Python function: it cannot be pinned.";
     if (this.list.length >= MOST_PINS) return `There are ${MOST_PINS} pins; remove one first.`;
-    const line = run.force.lines[wheel] ?? run.force.lines[0];
+    const [line] = run.force.lines;
     this.list.push({
       table: run.table, numbers: run.numbers, time: run.arrays[run.time],
       force: run.arrays[line.values].map((value) => value / run.force.factor),

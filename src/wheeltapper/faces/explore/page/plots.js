@@ -18,6 +18,10 @@ function asked() {
   return { colours: dark ? DARK : LIGHT, ink: held("--ink"), soft: held("--soft"), paper: held("--panel"), rule: held("--rule"), shade: held("--shade"), pins: held("--pin") };
 }
 
+// Whenever it paints, Bokeh asks the page's style sheets for every property of every mark, which takes a third of a new
+// picture's time. Here models hold them all. A version that keeps this elsewhere asks as before.
+try { Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value = () => ""; } catch { /* as before */ }
+
 const empty = () => ({ x: new Float64Array(0), y: new Float64Array(0) });
 const source = (data = empty()) => new Bokeh.ColumnDataSource({ data });
 
@@ -27,10 +31,11 @@ export class Panel {
     this.title = $("h2", this.root);
     this.key = $(".key", this.root);
     this.select = $("select", this.root);
+    this.plot = $(".plot", this.root);
     const { log, tools = TOOLS, height = 210 } = given;
     const range = () => new Bokeh.Range1d({ start: 0.1, end: 1 });
     this.figure = Bokeh.Plotting.figure({
-      height, sizing_mode: "stretch_width", tools, toolbar_location: "right", min_border: 2, lod_threshold: null,
+      name: id, height, sizing_mode: "stretch_width", tools, toolbar_location: "right", min_border: 2, lod_threshold: null,
       x_axis_label: " ", y_axis_label: " ",
       x_range: range(), y_range: range(), ...(log ? { x_axis_type: "log", y_axis_type: "log" } : {}),
     });
@@ -40,7 +45,7 @@ export class Panel {
   }
 
   async attach() {
-    this.view = await Bokeh.Plotting.show(this.figure, $(".plot", this.root));
+    this.view = await Bokeh.Plotting.show(this.figure, this.plot);
     this.dress();
   }
 
@@ -139,11 +144,12 @@ export class History extends Panel {
       this.hits = source();
       this.mark = figure.scatter({ field: "x" }, { field: "y" }, { source: this.hits, marker: "triangle", size: 8, line_color: null });
     }
-    this.cursor = $(".plot", this.root).appendChild(h("div", { className: "cursor", hidden: true }));
+    this.cursor = this.plot.appendChild(h("div", { className: "cursor", hidden: true }));
   }
 
-  show(panel, time, arrays, marks, chosen, pins) {
-    const { colours, shade, soft, pins: faint } = look();
+  // With one contact its losses are shaded and its impacts marked here; several have strips of their own (strips.js).
+  show(panel, time, arrays, marks, pins) {
+    const { colours, shade, soft, ink } = look();
     const times = arrays[time];
     const several = panel.lines.length > 1;
     const key = [];
@@ -155,35 +161,37 @@ export class History extends Panel {
       line.glyph.setv({ line_color: colours[i % colours.length], line_dash: dash });
       if (several || this.hits) key.push([given.label, colours[i % colours.length], "line", dash]);
     });
-    const wheel = marks[chosen] ?? marks[0];
+    const wheel = marks.length === 1 ? marks[0] : null;
     this.shade.glyph.setv({ fill_color: shade, fill_alpha: 1 });
     this.shades.data = wheel ? { x0: arrays[wheel.from], x1: arrays[wheel.to] } : { x0: [], x1: [] };
-    const of = marks.length > 1 ? ` (${panel.lines[chosen]?.label ?? `wheel ${chosen + 1}`})` : "";
+    const first = several ? ` (${panel.lines[0].label})` : "";
     if (this.level) {
       const [level] = panel.static, ends = [times[0], times[times.length - 1]];
       this.level.source.data = { x: ends, y: [level, level] };
       this.level.glyph.setv({ line_color: soft, line_dash: [3, 3] });
-      key.push(["static", soft, "line", [3, 3]]);
+      const alike = panel.static.every((one) => Math.abs(one - level) < 0.005 * level);
+      key.push([`static${alike ? "" : first}`, soft, "line", [3, 3]]);
       this.pinned.forEach((line, i) => {
         const pin = pins[i];
         if (!pin) { if (line.source.data.x.length) line.source.data = empty(); return; }
         line.source.data = { x: pin.time, y: pin.force.map((value) => value * panel.factor) };
         line.glyph.setv({ line_color: colours[(i + 1) % colours.length], line_dash: DASHES[i + 1] });
-        key.push([`pin ${i + 1}`, colours[(i + 1) % colours.length], "line", DASHES[i + 1]]);
+        key.push([`pin ${i + 1}${first}`, colours[(i + 1) % colours.length], "line", DASHES[i + 1]]);
       });
     }
-    if (wheel && arrays[wheel.from].length) key.push([`no contact${of}`, shade, "strip"]);
+    if (wheel && arrays[wheel.from].length) key.push(["no contact", shade, "strip"]);
     if (this.hits) {
       const hits = wheel ? arrays[wheel.impacts].filter((x) => x >= times[0] && x <= times[times.length - 1]) : [];
       this.hits.data = { x: hits, y: new Float64Array(hits.length) };
       this.mark.glyph.setv({ fill_color: colours[1] });
-      if (hits.length) key.push([`impact${of}`, colours[1], "mark"]);
+      if (hits.length) key.push(["impact", colours[1], "mark"]);
     }
+    if (this.hits && marks.length > 1) key.push(["no contact (strips below)", soft, "strip"], ["impact", ink, "mark"]);
     const shown = [...panel.lines.map((line) => arrays[line.values]), ...this.pinned.map((line) => line.source.data.y)];
     const window = [times[0], times[times.length - 1]];
     this.fit(window, roomy(extremes(shown, this.hits ? 0 : undefined)));
     this.name(panel.title);
-    this.label("time [s]", `${this.hits ? "force" : "value"} [${unitText(panel.unit)}]`);
+    this.label("time [s]", `${panel.axis ?? "force"} [${unitText(panel.unit)}]`);
     setKey(this.key, key);
   }
 
