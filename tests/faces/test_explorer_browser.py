@@ -144,6 +144,7 @@ def test_nothing_on_the_page_comes_from_elsewhere_and_every_picture_is_named(
     assert {name for name in loaded if not name.startswith(server.address)} == set()
     for name in ("force", "below", "phase", "spectrum"):
         assert len(page.inner_text(f"#{name} h2")) > 10
+    page.wait_for_function("() => Bokeh.documents.length === 5")  # those out of sight are made after the first picture
     labels = page.evaluate(
         """() => Bokeh.documents.flatMap(held => held.roots())
             .flatMap(figure => [...figure.xaxis, ...figure.yaxis]).map(axis => axis.axis_label)"""
