@@ -17,6 +17,7 @@ from wheeltapper.faces.explore.form import changed, form_of
 from wheeltapper.faces.explore.frames import Frame, decoded
 from wheeltapper.faces.explore.launch import Explorer
 from wheeltapper.faces.explore.paths import Files
+from wheeltapper.faces.explore.sampling import Shown, run_frame, surface_frame
 from wheeltapper.faces.explore.scenes import python_of, start_scene, table_of, toml_of
 
 from .pages import EXTRA, Page, origin, request
@@ -171,6 +172,36 @@ def test_the_spectrum_of_a_sine_has_its_amplitude_at_its_frequency() -> None:
     found = arrays[panel["y"]].argmax()
     assert arrays[panel["x"]][found] == pytest.approx(frequency)
     assert arrays[panel["y"]][found] == pytest.approx(amplitude, rel=1e-3)
+
+
+def test_every_contact_has_its_losses_and_impacts_and_each_wheel_its_own_tread() -> None:
+    flat = wt.Scenario.from_toml(ROOT / "examples" / "flat_on_ballast.toml")
+    row = {"type": "Wheelsets", "wheelsets": [flat.vehicle] * 2, "positions": [0.0, -2.56]}
+    second = {"wheelset 2": [wt.WheelFlat(length="60 mm", position=1.8)]}
+    record = wt.simulate(flat.replaced({"vehicle": row, "irregularity": second, "duration": 0.3}))
+    head, arrays = decoded(run_frame(record, Shown(), 1).encoded())
+    assert [one["name"] for one in head["events"]] == ["1", "2"]
+    for number, marks in enumerate(head["events"], start=1):
+        mine = record.events.wheelset.values == number
+        for name, kind in (("from", "loss"), ("impacts", "impact")):
+            when = record.events.time.values[mine & (record.events.kind.values == kind)]
+            np.testing.assert_allclose(arrays[marks[name]], when)
+    assert len(arrays[head["events"][1]["impacts"]]) > 0, "the flat strikes"
+    surface, arrays = decoded(surface_frame(record).encoded())
+    depths = [np.ptp(arrays[number]) for number in surface["wheels"]]
+    assert depths[0] == 0.0
+    assert depths[1] > 1e-4
+
+
+def test_of_a_wagon_the_side_that_meets_the_irregularity_is_drawn() -> None:
+    record = wt.simulate(wt.Scenario.from_toml(ROOT / "examples" / "coach_step.toml").replaced({"duration": 0.03}))
+    head, arrays = decoded(run_frame(record, Shown(), 1).encoded())
+    assert head["motion"]["side"] == "right"
+    force = record.at(arrays[head["motion"]["time"]]).normal_force.sel(wheelset=1, side="right")
+    np.testing.assert_allclose(arrays[head["motion"]["wheels"][0]["force"]], force)
+    assert head["below"]["key"].endswith("motion=z")
+    surface, arrays = decoded(surface_frame(record).encoded())
+    assert arrays[surface["rail"]].max() == pytest.approx(1e-4)
 
 
 def test_of_many_edits_the_last_one_is_shown(explorer: Explorer) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import socket
+import sys
 import threading
 import time
 import webbrowser
@@ -22,6 +23,8 @@ NEEDED = ("bokeh", "starlette", "uvicorn", "websockets")
 FIRST, TRIED = 8377, 16
 """Ports that are tried first, in order: a browser keeps the last scene by address, port included."""
 HOST = "127.0.0.1"
+SWITCH = 5e-4
+"""Time after which the thread that loads kernels lets those run that answer the page, s; Python's own is 5 ms."""
 PATIENCE = 10.0
 """Time in which the server begins to answer, or ends, s."""
 
@@ -178,6 +181,15 @@ def _listening(port: int | None) -> socket.socket:
 
 def warm_up(scene: Scenario | None) -> None:
     """Load the kernels for the first scene while the browser starts."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(SWITCH)
+    try:
+        _compute_once(scene)
+    finally:
+        sys.setswitchinterval(before)
+
+
+def _compute_once(scene: Scenario | None) -> None:
     from wheeltapper.faces.explore.sampling import Shown, run_frame
     from wheeltapper.faces.explore.scenes import start_scene
     from wheeltapper.record.simulate import simulated_scenario

@@ -110,7 +110,7 @@ class Desk:
 
     def taken(self, session: Session, path: Path) -> dict[str, Any]:
         """Take a dropped file; return what the page says and shows of it, or what is wrong with it."""
-        say = self.says.get(session.key, lambda line: None)
+        say: Callable[[str], None] = self.says.get(session.key, lambda line: None)
         try:
             return taken(session, path, say)
         except Exception as error:  # whatever it is, the page says it in a line, and goes on

@@ -86,29 +86,37 @@ function answered() {
 const form = new Form($("#form"), $("#meaning"), edit);
 const look = (what) => link.send({ do: "look", ...what });
 
-// -- panels out of sight are drawn when they come into it ---------------------------------------------------------------
+// -- panels out of sight are made after the first picture, and drawn when they come into it ------------------------------
 
-const inSight = new Set(), later = new Map();
+const inSight = new Set(), later = new Map(), made = new Map();
 let tellLooked;
 const looked = new Promise((done) => { tellLooked = done; });
 const sight = new IntersectionObserver((entries) => {
   for (const { target, isIntersecting } of entries) {
-    if (!isIntersecting) { inSight.delete(target); continue; }
-    inSight.add(target);
-    later.get(target)?.();
+    const panel = panels.find((one) => one.root === target);
+    if (!isIntersecting) { inSight.delete(panel); continue; }
+    inSight.add(panel);
+    make(panel);
   }
   tellLooked();
 }, { rootMargin: "40px" });
 for (const panel of panels) sight.observe(panel.root);
 
+// Make a panel's figure, and draw what has been waiting for it if it is in sight.
+async function make(panel) {
+  if (!made.has(panel)) made.set(panel, panel.attach());
+  await made.get(panel);
+  if (inSight.has(panel)) later.get(panel)?.();
+}
+
 function paint(panel, show) {
   const work = () => {
-    later.delete(panel.root);
+    later.delete(panel);
     fitting = true;
     show();
     fitting = false;
   };
-  if (inSight.has(panel.root)) work(); else later.set(panel.root, work);
+  if (panel.view && inSight.has(panel)) work(); else later.set(panel, work);
 }
 
 // -- drawing a run ------------------------------------------------------------------------------------------------------
@@ -199,7 +207,10 @@ const told = {
       performance.measure("drawing", { start: begin, end: performance.now() });
       performance.clearMarks("slider");
     }
-    if (isFirst) performance.mark("first picture");
+    if (isFirst) {
+      performance.mark("first picture");
+      panels.forEach(make);
+    }
     document.documentElement.dataset.drawn = frame.seq;
     answered();
   },
@@ -262,6 +273,7 @@ document.addEventListener("keydown", (event) => {
 });
 
 // What has come meanwhile is drawn as soon as there is something to draw it on.
-await Promise.all([...panels.map((panel) => panel.attach()), looked]);
+await looked;
+await Promise.all([...inSight].map(make));
 performance.mark("panels");
 link.listen(told);

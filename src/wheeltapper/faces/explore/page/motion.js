@@ -257,11 +257,6 @@ export class Motion {
       const ratio = value(wheel.force) / wheel.static;
       pen.fillStyle = ink.colours[i % ink.colours.length];
       pen.fillRect(left + 4 + i * (bar + 3), py(ratio), bar, bottom - py(ratio));
-      if (wheels.length === 1) {
-        pen.fillStyle = ink.ink;
-        pen.fillText(`${digits(ratio, 3)}`, left + bar + 10, Math.min(bottom - 16, py(ratio) + 4));
-        pen.fillText(`${digits(value(wheel.force) / 1000, 3)} kN`, left + bar + 10, Math.min(bottom - 3, py(ratio) + 17));
-      }
     });
     pen.strokeStyle = ink.soft;
     pen.fillStyle = ink.ink;
@@ -282,6 +277,14 @@ export class Motion {
     pen.lineTo(left + width, py(1));
     pen.stroke();
     pen.setLineDash([]);
+    if (wheels.length === 1) {  // on paper of their own, since lines are behind them
+      const [wheel] = wheels, ratio = value(wheel.force) / wheel.static, y = Math.min(bottom - 16, py(ratio) + 4);
+      pen.fillStyle = ink.paper;
+      pen.fillRect(left + bar + 8, y - 11, width - bar - 8, 27);
+      pen.fillStyle = ink.ink;
+      pen.fillText(`${digits(ratio, 3)}`, left + bar + 10, y);
+      pen.fillText(`${digits(value(wheel.force) / 1000, 3)} kN`, left + bar + 10, y + 13);
+    }
   }
 }
 
