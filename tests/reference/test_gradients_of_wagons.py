@@ -19,11 +19,15 @@ WHEELS = 2
     ("track", "allowed"),
     [
         pytest.param(wt.StiffTrack(), (1e-9, 2e-9), id="on a stiff track"),
-        pytest.param(RAILS, (5e-8, 3e-6), id="on rails", marks=pytest.mark.slow),
+        pytest.param(RAILS, (5e-8, 5e-7), id="on rails", marks=pytest.mark.slow),
     ],
 )
 def test_half_a_coach_has_the_derivatives_of_a_bogie(track, allowed):
-    """On rails the second wheelset only feels the first one: both marches' own errors are 1e-7 of its largest force."""
+    """Errors count over the larger derivative of both wheelsets.
+
+    On rails the second one only feels the first, whose derivative by the speed is 40 times as large. The bogie's own
+    tangents, strict with ten to fourteen nodes and steps as they are and half as long, scatter by 4e-7 of that.
+    """
     common = {
         "contact": wt.Hertz(constant_per_wheel=8e10, curvature=False), "speed": 20.0, "duration": 0.04,
         "irregularity": wt.Corrugation(amplitude=2e-4, wavelength=0.1, start=0.05), "rolling": "point", "track": track,
@@ -42,7 +46,10 @@ def test_half_a_coach_has_the_derivatives_of_a_bogie(track, allowed):
         for side in ("left", "right"):
             found = own[f"{name}_gradient"].sel(side=side).values
             found = np.vstack([found[:2], found[2:].sum(axis=0)])
+            size = np.nanmax(np.abs(of_both.values), axis=1)
+            size[size == 0.0] = 1.0
             for number in range(2):
-                np.testing.assert_allclose(found[:, number], of_both[:, number], rtol=allowed[number], atol=0)
+                one, other = found[:, number] / size, of_both.values[:, number] / size
+                np.testing.assert_allclose(one, other, rtol=0, atol=allowed[number])
             error = own[f"{name}_gradient_error"].sel(side=side).values[:2]
             assert np.all((np.abs(error) < 1e-6 * np.abs(found[:2])) | np.isnan(found[:2]) | (found[:2] == 0.0))
