@@ -270,7 +270,7 @@ def test_every_panel_of_a_vehicle_shows_its_run(file: str, opened: Callable[...,
         page = opened(held.address, drawn=False)
         page.wait_for_selector("html[data-drawn]", timeout=900_000)  # kernels may have to be compiled
         shows(page, "completed")
-        assert not page.inner_text("#words")
+        page.wait_for_function("() => document.querySelector('#words').innerText === ''")
         for name in ("force", "below", "phase", "spectrum"):
             page.locator(f"#{name}").scroll_into_view_if_needed()
             page.wait_for_function(
@@ -290,7 +290,7 @@ def test_every_panel_of_a_vehicle_shows_its_run(file: str, opened: Callable[...,
         if contacts > 1:
             assert sum(map(int, re.findall(r"(\d+) impacts", said))) == hits
             assert hits or file == "bogie_over_weld.toml"
-            assert page.locator("#force .strips").is_visible()
+            page.locator("#force .strips").wait_for(state="visible")
         assert page.inner_text("#summary") == str(record)
         moving = page.get_attribute("#stage", "aria-label") or ""
         assert [name for name in bodies if name not in moving] == []
@@ -300,7 +300,7 @@ def test_every_panel_of_a_vehicle_shows_its_run(file: str, opened: Callable[...,
             "before => document.querySelector('#summary').textContent !== before", arg=before, timeout=300_000
         )
         page.wait_for_function("() => document.querySelector('#toml').textContent.includes('speed = 11')")
-        assert not page.inner_text("#words")
+        page.wait_for_function("() => document.querySelector('#words').innerText === ''")
     finally:
         held.end()
 
@@ -316,7 +316,7 @@ def test_a_wagon_is_chosen_in_the_form_and_runs(server: Server, opened: Callable
         "() => document.querySelector('#force h2').textContent === 'Normal force on each wheel'", timeout=300_000
     )
     page.wait_for_function("() => document.querySelector('#toml').textContent.includes('type = \"Wagon\"')")
-    assert page.locator("#force .strips").is_visible()
+    page.locator("#force .strips").wait_for(state="visible")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
