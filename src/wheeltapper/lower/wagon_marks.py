@@ -20,7 +20,7 @@ from wheeltapper.ground.notes import Note
 from wheeltapper.lower.ellipse import semi_axes
 from wheeltapper.lower.marks import SAMPLES, MarkedPath, Surface
 from wheeltapper.lower.patches import geometry_of
-from wheeltapper.lower.plastic import stored_below, stretched_rows
+from wheeltapper.lower.plastic import stored_below, stretched_rows, virgin_pieces
 from wheeltapper.lower.rail_memory import RailMemory
 from wheeltapper.lower.table import PathTable
 from wheeltapper.march import assembly as asm
@@ -198,7 +198,7 @@ def read_contacts(assembly: Assembly, found: MultibodyMarch, times: FloatArray) 
 
 def laid_paths(memory: WagonRails, laid: list[list[FloatArray]]) -> Paths:
     """Return lanes and pieces with new paths of the treads, by side and wheelset, over places along the rail."""
-    pieces, lanes = [_marked(memory.pieces, memory.rails[0].before.onset)], memory.lanes.copy()
+    pieces, lanes = [virgin_pieces(memory.pieces, memory.rails[0].before.onset)], memory.lanes.copy()
     count = len(memory.pieces)
     for side, of_wheels in enumerate(laid):
         for wheel, rows in enumerate(of_wheels):
@@ -210,14 +210,6 @@ def laid_paths(memory: WagonRails, laid: list[list[FloatArray]]) -> Paths:
             lanes[octet, asm.PATH_LOOP_JOIN, lane] = contract.SOFT
             count += len(own)
     return Paths(lanes, np.vstack(pieces))
-
-
-def _marked(pieces: FloatArray, onset: float) -> FloatArray:
-    """Return pieces with columns of marks where there are none."""
-    out = np.zeros((len(pieces), contract.MARKED_COLUMNS))
-    out[:, : pieces.shape[1]] = pieces
-    out[:, contract.BEARS] = onset
-    return out
 
 
 def wagon_rails(
@@ -253,19 +245,9 @@ def wagon_rails(
             for pair, offset in zip(tables, offsets, strict=False)
         )
         forces = (constant * onset**1.5,) * len(offsets)
-        rails.append(
-            RailMemory(
-                law,
-                (onset,) * len(offsets),
-                forces,
-                offsets,
-                contact.share_of_rail,
-                worn.hardening,
-                before,
-                marked,
-                way,
-            )
-        )
+        rails.append(RailMemory(
+            law, (onset,) * len(offsets), forces, offsets, contact.share_of_rail, worn.hardening, before, marked, way
+        ))  # fmt: skip
     return WagonRails((rails[0], rails[1]), assembly.lanes, assembly.pieces[:, : contract.PIECE_COLUMNS], constant)
 
 
