@@ -6,7 +6,7 @@ pressed from the accepted steps, and hands out new paths, which are the same so 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -15,11 +15,13 @@ from wheeltapper.march import passing, searching
 from wheeltapper.march import program as contract
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import LANES, Assembly, FlatAssembly, with_paths
-from wheeltapper.march.general.tables import Grid
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.wheel_paths import set_piece
+
+if TYPE_CHECKING:
+    from wheeltapper.march.general.tables import Grid
 
 
 class Paths(NamedTuple):
