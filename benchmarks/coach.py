@@ -16,9 +16,11 @@ from options import parser_of
 from scipy.integrate import solve_ivp
 
 import wheeltapper as wt
-from wheeltapper.lower import wagon
+from wheeltapper.lower import wagon, wagon_on_rails
 from wheeltapper.march import multibody, passing, rates
 from wheeltapper.march.assembly import flattened_assembly
+from wheeltapper.march.program import EVENT_KIND, LOSS
+from wheeltapper.march.rails.march import march as march_on_rails
 from wheeltapper.march.wheel_rows import AWAKE, ON, ROW_DELTA
 
 REPEATS = 7
@@ -27,6 +29,8 @@ HEAVY = wt.Wagon.erri_b176(1813.0).without_dampers()
 POLACH = wt.creep.Polach(friction=0.35)
 STEP = wt.Step(height=1e-4, position=0.02)
 WAVE = wt.Corrugation(amplitude=-5e-5, wavelength=0.05, start=0.01)
+FLAT = wt.WheelFlat(length="60 mm", position=0.5, repeat=False)
+ROLLING = {"sleeper_roll_inertia": 120.0, "ballast_roll_stiffness": 7e7, "ballast_roll_damping": 2e4}
 CASES: dict[str, dict[str, Any]] = {
     "step, both rails, 5 m/s": {"irregularity": STEP},
     "the same, no creep": {"irregularity": STEP, "creep": None},
@@ -57,6 +61,29 @@ def error(one: multibody.MultibodyMarch, best: multibody.MultibodyMarch) -> floa
         return float("nan")
     a, b = (m.events[np.lexsort((m.events[:, 0], m.events[:, 2])), 0] for m in (one, best))
     return float(np.median(np.abs(a - b)))
+
+
+def on_rails(whole: float, smallest: bool) -> None:
+    """Print how fast the coach is on two rails that give way; `whole`: seconds per second of the row it is held against."""
+    for rolls in (False, True):
+        track = wt.tracks.Ballasted(**wt.tracks.Ballasted.example | (ROLLING if rolls else {}))
+        one = scene(
+            vehicle=wt.Wagon.erri_b176(1500.0), irregularity=FLAT, track=track, speed=20.0,
+            duration=0.02 if smallest else 0.25,
+        )  # fmt: skip
+        below = wagon_on_rails.lower_wagon_on_rails(one).below
+        found = march_on_rails(below)
+        wall = np.inf
+        for _ in range(1 if smallest else REPEATS):
+            began = time.perf_counter()
+            march_on_rails(below)
+            wall = min(wall, time.perf_counter() - began)
+        losses = int((found.events[:, EVENT_KIND] == LOSS).sum())
+        modes = " + ".join(str(len(held)) for held in below.modes)
+        print(
+            f"on rails, sleepers {'roll' if rolls else 'do not roll'}, {modes} modes, {losses} losses: "
+            f"{found.end / wall:.2f} s per s, {found.end / wall / whole:.3f} of the first row"
+        )
 
 
 def peer() -> str:
@@ -104,6 +131,7 @@ def main() -> None:
     print({name: held for name, held in surroundings().items() if name in ("cpu", "cores", "commit", "load")})
     columns = f"{'s per s':>8} {'strict':>7} {'events/s':>9} {'rates/s':>8} {'ns/rate':>8} {'error':>8} {'strict':>8}"
     print(f"{'case':28} {columns}")
+    speeds: list[float] = []
     for name, changes in list(CASES.items())[: 1 if smallest else None]:
         one = scene(**(changes | {"duration": 0.02} if smallest else changes))
         found = {}
@@ -121,11 +149,13 @@ def main() -> None:
         best = multibody.march(wagon.lower_wagon(one, "strict").assembly)
         wagon.TOLERANCES["strict"] = held
         (march, wall), (strict, strict_wall) = found["default"], found["strict"]
+        speeds.append(march.end / wall)
         print(
             f"{name:28} {march.end / wall:8.1f} {strict.end / strict_wall:7.1f} {len(march.events) / march.end:9.0f} "
             f"{march.evaluations / march.end:8.0f} {1e9 * wall / march.evaluations:8.0f} {error(march, best):8.0e} "
             f"{error(strict, best):8.0e}"
         )
+    on_rails(speeds[0], smallest)
     if smallest:
         return
     print(peer())

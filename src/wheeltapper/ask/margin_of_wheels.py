@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-WITHIN = np.array([0.0, 0.25, 0.5, 0.75])
-"""Places in a step at which the indentation is read first."""
+READINGS, READINGS_AT_ONCE = 4, 16
+"""Number of places in a step at which the indentation is read first; in a macro step that was solved at once."""
 NEAR = 0.05
 """Minima are located where the readings are so near to the smallest of them, in static indentations."""
 BOTH = np.array([ROW_DELTA, DELTA_RATE])
@@ -36,7 +36,9 @@ KINDS = contract.LOSS, contract.IMPACT
 def margin_of(assembly: Assembly, found: MultibodyMarch, losses: int) -> float:
     """Return how far a march is from the `losses`-th loss of any of its treads, m; negative where it happened."""
     begins, lengths = found.steps[:, asm.STEP_TIME], found.steps[:, asm.STEP_LENGTH]
-    times = np.append((begins[:, None] + lengths[:, None] * WITHIN).ravel(), found.end)
+    readings = READINGS_AT_ONCE if assembly.rails.size and assembly.rails[asm.RAIL_AT_ONCE] else READINGS
+    within = np.arange(readings) / readings
+    times = np.append((begins[:, None] + lengths[:, None] * within).ravel(), found.end)
     read = run.replay(assembly, found, times, BOTH)[2]
     out = float(assembly.numbers[asm.STATIC_INDENTATION])  # of contacts without an impact before that loss
     ends: list[tuple[int, int]] = []

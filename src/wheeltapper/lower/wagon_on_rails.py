@@ -32,6 +32,9 @@ FloatArray = NDArray[np.float64]
 TOLERANCES = {"default": 1e-6, "strict": 1e-8}
 """Tolerance of a step of each method. The rails' answers are far smoother than the highest degree of their moments, to
 which most of a step's error belongs: event times move by some 1e-10 s and 1e-12 s."""
+AT_ONCE = ("default",)
+"""The methods that solve macro steps in which nothing happens at once. The strict one does not: it tells how exact they
+are."""
 TWO_RAILS = Note(
     "the two rails are equal tracks side by side, each on half of every sleeper: sleepers do not roll. Rails move "
     "vertically only, and creep forces act on the wheelsets alone",
@@ -58,7 +61,7 @@ def lower_wagon_on_rails(
     track = Track(rings, chosen, from_seat, float(scenario.speed), units)
     force = ways_of(normal_forces(lowered.assembly, lowered.assembly.start, len(places)).T)
     rest = [rest_of(system_of(track, way)) for way in (TOGETHER, AGAINST)]
-    assembly = _with_moments(lowered, track, TOLERANCES[method])
+    assembly = _with_moments(lowered, track, method)
     amplitudes = force[TOGETHER] @ rest[TOGETHER].amplitudes, force[AGAINST] @ rest[AGAINST].amplitudes
     together, against = (one @ way.deflections.T for one, way in zip(force, rest, strict=True))
     below = OnRails(assembly, track, amplitudes, np.stack([together + against, together - against]))
@@ -73,16 +76,16 @@ def late_rates(assembly: Assembly) -> int:
     return LANES * len(assembly.kinds) if assembly.numbers[asm.CONTACT_LAW] == asm.LOSSY else 0
 
 
-def _with_moments(lowered: LoweredWagon, track: Track, tolerance: float) -> Assembly:
+def _with_moments(lowered: LoweredWagon, track: Track, method: str) -> Assembly:
     """Return the assembly with the moments of the forces of a macro step as further states, after all others.
 
     Where these depend on the indentations' rates, such rates follow.
     """
     A, nodes, fours = lowered.assembly, track.method.nodes, fours_of(len(track.places))
     more, states = np.zeros(2 * fours * nodes * HALF + late_rates(A)), len(A.start)
-    rails = rails_array(nodes, fours, states, track.rolls)
+    rails = rails_array(nodes, fours, states, track.rolls, track.units.force, method in AT_ONCE)
     numbers = A.numbers.copy()
-    numbers[asm.STEP_TOLERANCE] = tolerance
+    numbers[asm.STEP_TOLERANCE] = TOLERANCES[method]
     return A._replace(numbers=numbers, start=np.append(A.start, more), scales=np.append(A.scales, more), rails=rails)
 
 

@@ -65,13 +65,16 @@ TREAD, FLANGE = range(2)
 SATURATION_CELLS = 64
 
 # Columns of a row of steps; the pieces of the elements follow, then the stretches of the treads' laws if they yield.
+# The closed contacts are one bit each; one more bit says that the step is a macro step solved at once (`whole_steps`).
 STEP_TIME, STEP_LENGTH, STEP_CLOSED, STEP_ELEMENTS = range(4)
 
 # Numbers of the rails that give way: when the macro step began, its length in s, Gauss nodes, fours of wheelsets, and
-# where the moments of the forces begin in the state, and how far behind the answers of the rails together those of the
-# rails against one another are.
-RAIL_BEGAN, RAIL_SECONDS, RAIL_LONGEST, RAIL_NODES, RAIL_FOURS, RAIL_STATES, RAIL_AGAINST = range(7)
-RAIL_NUMBERS = 7
+# where the moments of the forces begin in the state, how far behind the answers of the rails together those of the
+# rails against one another are, a force near a static one, and whether macro steps are solved at once if they can.
+(
+    RAIL_BEGAN, RAIL_SECONDS, RAIL_LONGEST, RAIL_NODES, RAIL_FOURS, RAIL_STATES, RAIL_AGAINST, RAIL_FORCE, RAIL_AT_ONCE,
+) = range(9)  # fmt: skip
+RAIL_NUMBERS = 9
 
 # Columns of a corner of an element: its deflection (or rate), the force there, and the rate of the damper in series.
 # Columns of a slider: its force, that at which it begins to slide, the stiffness of its spring (0: rigid), and a mark

@@ -49,16 +49,18 @@ ROWS_AT_ONCE = 4
 """Moments whose answers are added in one go."""
 
 
-def rails_array(nodes: int, fours: int, states: int, rolls: bool) -> FloatArray:
+def rails_array(nodes: int, fours: int, states: int, rolls: bool, force: float, at_once: bool) -> FloatArray:
     """Return the array `rails` of rails at rest without a load; the moments begin at `states` in the state.
 
-    `rolls` says that the rails against one another are another track than the rails together.
+    `rolls` says that the rails against one another are another track than the rails together, `at_once` that macro
+    steps in which nothing happens are solved at once. `force`: near a static one, N.
     """
     one = fours * nodes * HALF
     against = one * one if rolls else 0
     out = np.zeros(asm.RAIL_NUMBERS + 2 * one + one + one * one + against + 2 * nodes + 4 * one)
     out[asm.RAIL_SECONDS] = 1.0
     out[[asm.RAIL_NODES, asm.RAIL_FOURS, asm.RAIL_STATES, asm.RAIL_AGAINST]] = nodes, fours, states, against
+    out[[asm.RAIL_FORCE, asm.RAIL_AT_ONCE]] = force, at_once
     return out
 
 
@@ -250,7 +252,7 @@ def _settle(flanged: bool, law: FloatArray | None, T: FloatArray, G: FloatArray)
 
 
 @inlined_kernel
-def _press(law: FloatArray | None, T: FloatArray, L: FloatArray) -> None:
+def press_octet(law: FloatArray | None, T: FloatArray, L: FloatArray) -> None:
     """Write indentations and forces of contacts where the rails give way under the forces that were found."""
     for i in range(LANES):
         sinks = T[wheel.SOFTNESS + i] * T[wheel.ROW_FORCE + i]
@@ -368,9 +370,9 @@ def _press_once(rated: bool, law: FloatArray | None, data: FloatArray, plan: Int
         first = o * nodes * HALF
         _sum_lanes(local + first, values, nodes, wheel.SOFTNESS, data, T)
         _settle(flanged, law, T, G)
-        _press(law, T, T)
+        press_octet(law, T, T)
         if flanged:
-            _press(law, T, G)
+            press_octet(law, T, G)
         for m in range(nodes):
             value = data[values + m]
             at = growing + first + m * HALF

@@ -19,7 +19,7 @@ from wheeltapper.march.wheels import add_body_forces, creep_forces, paths_and_fo
 
 
 @kernel
-def _add_element_forces(
+def add_element_forces(
     data: FloatArray, plan: IntArray, w: FloatArray, pieces: FloatArray, Q: FloatArray, out: FloatArray
 ) -> None:
     """Add the forces of the nonlinear elements, each on its present piece, and the rates inside series elements."""
@@ -46,7 +46,7 @@ def _add_element_forces(
 
 
 @kernel
-def _body_rates(data: FloatArray, plan: IntArray, w: FloatArray, Q: FloatArray, out: FloatArray) -> None:
+def body_rates(data: FloatArray, plan: IntArray, w: FloatArray, Q: FloatArray, out: FloatArray) -> None:
     """Write the rates of the bodies' displacements and velocities."""
     mobility = plan[asm.AT_MOBILITY]
     columns, index = plan[asm.AT_COLUMNS], plan[asm.AT_INDEX]
@@ -103,9 +103,9 @@ def rates(
         write_moment_rates(data, plan, out)
         if data[asm.CONTACT_LAW] == asm.LOSSY:
             write_lag_rates(data, plan, wheels, out)
-    _add_element_forces(data, plan, w, pieces, Q, out)
+    add_element_forces(data, plan, w, pieces, Q, out)
     if plan[asm.LAWS] < pieces.shape[0]:
         add_slider_forces(data, plan, w, pieces, Q, out)
-    _body_rates(data, plan, w, Q, out)
+    body_rates(data, plan, w, Q, out)
     if plan[asm.RIGID_FROM] < pieces.shape[0]:
         hold_rigid(data, plan, pieces, out)

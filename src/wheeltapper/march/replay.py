@@ -24,6 +24,15 @@ from wheeltapper.march.rates import rates
 from wheeltapper.march.sliders import deflection, enter_holds, rate_between_ends, slider_number
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, between
+from wheeltapper.march.whole_steps import (
+    Nodal,
+    keep_pieces,
+    nodal_for,
+    packed_nodes,
+    repeat_whole,
+    return_to_pieces,
+    state_within,
+)
 
 # Columns of the powers.
 (
@@ -33,15 +42,17 @@ from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, betw
 POWERS_KEPT = 10
 WORK_NODES = 6
 """Number of nodes of Gauss's rule in each step."""
+PARTS = 4
+"""Number of parts with such nodes in a macro step that was solved at once."""
 
 
 @kernel
 def _repeat_step(
     row: int, steps: FloatArray, states: FloatArray, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray,
     wheels: FloatArray, pieces: FloatArray, Q: FloatArray, K: FloatArray, P: FloatArray, F: FloatArray,
-    spare: FloatArray,
-) -> None:  # fmt: skip
-    """Make one step again, with its dense solution."""
+    spare: FloatArray, scales: FloatArray, nodal: Nodal,
+) -> bool:  # fmt: skip
+    """Make one step again, with its dense solution; return True for one that is a macro step solved at once."""
     t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
     closed = steps[row, asm.STEP_CLOSED]
     for o in range(wheels.shape[0]):
@@ -59,9 +70,28 @@ def _repeat_step(
     contact_forces(t, data, plan, w, wheels)
     enable_flanges(data, wheels)
     rates(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], True)
+    if closed > 0.0:
+        keep_pieces(wheels, nodal)
+        repeat_whole(t, scales, data, plan, w, y, wheels, pieces, Q, K[FIRST_STAGE], nodal)
+        return True
     make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
     rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES], True)
     dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
+    return False
+
+
+@kernel
+def _state_at(
+    x: float, at_once: bool, step: FloatArray, data: FloatArray, plan: IntArray, w: FloatArray, F: FloatArray,
+    wheels: FloatArray, nodal: Nodal, out: FloatArray,
+) -> None:  # fmt: skip
+    """Write the state at a place of a step that was repeated, 0 to 1; the contacts go to their pieces there."""
+    if at_once:
+        return_to_pieces(data, plan, wheels, nodal)
+        pass_breaks(step[asm.STEP_TIME] + x * step[asm.STEP_LENGTH], data, plan, wheels)
+        state_within(x, data, plan, w, nodal, out)
+    else:
+        between(x, w, F, out)
 
 
 @kernel
@@ -69,13 +99,15 @@ def replay_kernel(
     data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, ends: FloatArray,
     free: FloatArray, local: FloatArray, answers: FloatArray, times: FloatArray, rows: IntArray,
     wheels: FloatArray, pieces: FloatArray, Q: FloatArray, out: FloatArray, out_rates: FloatArray,
-    out_wheels: FloatArray,
+    out_wheels: FloatArray, scales: FloatArray, gauss: FloatArray,
 ) -> None:  # fmt: skip
     """Write states, rates and some rows of the contacts at times: (times, states), the same, (times, rows, lanes)."""
     n = start.shape[0]
     w, y, spare = np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
     start_kernel(data, plan, start, w, wheels, pieces, np.empty(RUN_CARRIED))
+    nodal = nodal_for(gauss, n, wheels.shape[0], int(data[asm.TREADS]))
+    at_once = False
     row = -1
     entered = -1
     for k in range(times.shape[0]):
@@ -85,10 +117,12 @@ def replay_kernel(
         if entered != row:
             middle = steps[row, asm.STEP_TIME] + 0.5 * steps[row, asm.STEP_LENGTH]
             enter_logged_step(middle, ends, free, local, answers, data, plan)
-            _repeat_step(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
+            at_once = _repeat_step(
+                row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare, scales, nodal
+            )  # fmt: skip
             entered = row
-        t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
-        between(min((times[k] - t) / h, 1.0), w, F, spare)
+        x = min((times[k] - steps[row, asm.STEP_TIME]) / steps[row, asm.STEP_LENGTH], 1.0)
+        _state_at(x, at_once, steps[row], data, plan, w, F, wheels, nodal, spare)
         rates(times[k], data, plan, spare, wheels, pieces, Q, out_rates[k], True)
         if is_lossy(data):
             find_growths(times[k], data, plan, spare, out_rates[k], wheels)
@@ -267,13 +301,14 @@ def energy_kernel(
     data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, ends: FloatArray,
     free: FloatArray, local: FloatArray, answers: FloatArray, damping: FloatArray, places: IntArray,
     nodes: FloatArray, weights: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray,
-    works: FloatArray, impulses: FloatArray, elastic: FloatArray,
+    works: FloatArray, impulses: FloatArray, elastic: FloatArray, scales: FloatArray, gauss: FloatArray,
 ) -> None:  # fmt: skip
     """Write each step's works (steps, POWERS_KEPT), impulses (steps, lanes), elastic energies at its ends."""
     n = start.shape[0]
     w, y, spare, rate = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
     power = np.empty(POWERS_KEPT)
+    nodal = nodal_for(gauss, n, wheels.shape[0], int(data[asm.TREADS]))
     start_kernel(data, plan, start, w, wheels, pieces, np.empty(RUN_CARRIED))
     works[:] = 0.0
     impulses[:] = 0.0
@@ -281,25 +316,35 @@ def energy_kernel(
         t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
         pass_breaks(t, data, plan, wheels)
         enter_logged_step(t + 0.5 * h, ends, free, local, answers, data, plan)
-        _repeat_step(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
+        at_once = _repeat_step(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare, scales, nodal)
         contact_forces(t, data, plan, w, wheels)
         elastic[row, BEGINS] = _elastic_energy(data, plan, w, wheels, pieces)
         works[row, MATERIAL_POWER] += _released_energy(data, wheels)
+        parts = PARTS if at_once else 1
+        for part in range(parts):
+            for k in range(nodes.shape[0]):
+                x, weight = (part + nodes[k]) / parts, weights[k] * h / parts
+                _state_at(x, at_once, steps[row], data, plan, w, F, wheels, nodal, spare)
+                rates(t + x * h, data, plan, spare, wheels, pieces, Q, rate, True)
+                if is_lossy(data) and plan[asm.AT_RAILS] > 0:
+                    find_growths(t + x * h, data, plan, spare, rate, wheels)
+                    _take_true_rates(wheels)
+                _write_powers(data, plan, damping, places, spare, wheels, pieces, rate, power)
+                for j in range(POWERS_KEPT):
+                    works[row, j] += weight * power[j]
+                for o in range(wheels.shape[0]):
+                    for i in range(LANES):
+                        impulses[row, o * LANES + i] += weight * wheels[o, wheel.NORMAL + i]
+        if at_once:
+            pass_breaks(np.nextafter(t + h, t), data, plan, wheels)
         contact_forces(t + h, data, plan, y, wheels)
         elastic[row, FINISHES] = _elastic_energy(data, plan, y, wheels, pieces)
         works[row, MATERIAL_POWER] -= _released_energy(data, wheels)
-        for k in range(nodes.shape[0]):
-            between(nodes[k], w, F, spare)
-            rates(t + nodes[k] * h, data, plan, spare, wheels, pieces, Q, rate, True)
-            if is_lossy(data) and plan[asm.AT_RAILS] > 0:
-                find_growths(t + nodes[k] * h, data, plan, spare, rate, wheels)
-                _take_true_rates(wheels)
-            _write_powers(data, plan, damping, places, spare, wheels, pieces, rate, power)
-            for j in range(POWERS_KEPT):
-                works[row, j] += weights[k] * h * power[j]
-            for o in range(wheels.shape[0]):
-                for i in range(LANES):
-                    impulses[row, o * LANES + i] += weights[k] * h * wheels[o, wheel.NORMAL + i]
+
+
+def _nodes_of(A: asm.Assembly) -> int:
+    """Return the Gauss nodes of a macro step, 0 on a stiff track."""
+    return int(A.rails[asm.RAIL_NODES]) if A.rails.size else 0
 
 
 def replay(A: asm.Assembly, march: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
@@ -311,7 +356,8 @@ def replay(A: asm.Assembly, march: MultibodyMarch, times: FloatArray, rows: IntA
     out_wheels = np.empty((len(times), len(rows), work.wheels.shape[0] * LANES))
     replay_kernel(
         *asm.flattened_assembly(A), A.start, march.steps, march.states, rails.ends, rails.free, rails.local,
-        rails.answers, times, rows, work.wheels, work.pieces, work.Q, out, out_rates, out_wheels,
+        rails.answers, times, rows, work.wheels, work.pieces, work.Q, out, out_rates, out_wheels, A.scales,
+        packed_nodes(_nodes_of(A)),
     )  # fmt: skip
     return out, out_rates, out_wheels
 
@@ -326,5 +372,6 @@ def works(A: asm.Assembly, march: MultibodyMarch, damping: FloatArray, places: I
     energy_kernel(
         *asm.flattened_assembly(A), A.start, march.steps, march.states, rails.ends, rails.free, rails.local,
         rails.answers, damping, places, 0.5 * (nodes + 1.0), 0.5 * weights, work.wheels, work.pieces, work.Q, *done,
+        A.scales, packed_nodes(_nodes_of(A)),
     )  # fmt: skip
     return done

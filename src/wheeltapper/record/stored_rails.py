@@ -12,6 +12,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK
 from wheeltapper.lower.wagon_on_rails import late_rates
+from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import HALF, Assembly
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.tables import Units
@@ -63,7 +64,8 @@ def read(data: xr.Dataset, assembly: Assembly, scenario: Scenario) -> tuple[OnRa
     nodes, fours = below.track.method.nodes, fours_of(len(below.track.places))
     coefficients = 2 * fours * HALF * nodes
     moments = len(assembly.start) - late_rates(assembly) - coefficients
-    expected = rails_array(nodes, fours, moments, below.track.rolls)
+    at_once = bool(assembly.rails[asm.RAIL_AT_ONCE] == 1.0)
+    expected = rails_array(nodes, fours, moments, below.track.rolls, below.track.units.force, at_once)
     if not np.array_equal(assembly.rails, expected):
         raise InputError("", "assembly, rails", "those of another track", UNDAMAGED)
     try:

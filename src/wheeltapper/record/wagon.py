@@ -439,7 +439,8 @@ def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMar
     begins, lengths = steps[:, asm.STEP_TIME], steps[:, asm.STEP_LENGTH]
     follows = np.abs(begins + lengths - np.append(begins[1:], end)) <= 1e-9 * end
     check("march_steps", lengths, follows & (lengths > 0.0), "steps that follow each other")
-    check_whole("march_steps", steps[:, asm.STEP_CLOSED], 0, 2.0 ** (octets * LANES) - 1)
+    at_once = bool(A.rails.size and A.rails[asm.RAIL_AT_ONCE])
+    check_whole("march_steps", steps[:, asm.STEP_CLOSED], 0, 2.0 ** (octets * LANES + at_once) - 1)
     most = np.append(np.diff(A.element_corners) - 2, np.full(len(A.sliders), asm.LOOSE))
     for element in range(elements):
         check_whole("march_steps", steps[:, asm.STEP_ELEMENTS + element], 0, most[element])

@@ -16,9 +16,11 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.march import assembly as asm
-from wheeltapper.march import multibody, passing, searching, telling
+from wheeltapper.march import multibody, passing, searching, telling, whole_steps
 from wheeltapper.march.assembly import HALF, Assembly
 from wheeltapper.march.general.by_address import ByAddress
+from wheeltapper.march.general.layout import IM, RE
+from wheeltapper.march.general.modal import turn
 from wheeltapper.march.general.structure import ComplexArray
 from wheeltapper.march.growths import find_growths, is_lossy, is_plastic
 from wheeltapper.march.kernel import kernel
@@ -32,9 +34,10 @@ from wheeltapper.march.rails.modes import (
     RailTables,
     Track,
     fours_of,
-    read_rails,
+    pass_bay,
+    show_wheel,
     tables_of,
-    write_rails,
+    take_wheel,
 )
 from wheeltapper.march.rates import rates
 from wheeltapper.march.remembering import Laying, WagonMemory, change_paths, log_first_yields
@@ -70,6 +73,12 @@ def _example() -> tuple[object, ...]:
 
 
 LEFT, RIGHT = range(2)
+MADE, WAITS, PAUSE, FRESH = range(4)
+"""Entries of `made`."""
+LONGEST_PAUSE = 32
+"""Most macro steps that are not tried at once after failures that follow each other."""
+PEAKS_AT_ONCE = 8.0
+"""Maxima of a force for which there is room in a macro step."""
 MARCH = ByAddress(multibody.march_kernel, _example)
 march_at = MARCH.call
 """The march between the macro steps' ends, the same machine code as on a stiff track."""
@@ -78,68 +87,148 @@ march_at = MARCH.call
 @kernel
 def rails_kernel(
     address: int, end: float, ends: FloatArray, which: IntArray, reads: FloatArray, writes: FloatArray, first: IntArray,
-    decay: FloatArray, turns: FloatArray, modes: FloatArray, reads_2: FloatArray, writes_2: FloatArray,
-    first_2: IntArray, decay_2: FloatArray, turns_2: FloatArray, modes_2: FloatArray, sets: IntArray, phase: IntArray,
+    decay: FloatArray, bays: FloatArray, modes: FloatArray, reads_2: FloatArray, writes_2: FloatArray,
+    first_2: IntArray, decay_2: FloatArray, bays_2: FloatArray, modes_2: FloatArray, sets: IntArray, phase: IntArray,
     bay: IntArray, local: FloatArray, answers: FloatArray, sinking: FloatArray, length: float, force: float,
     free: FloatArray, made: IntArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
     wheels: FloatArray, pieces: FloatArray, steps: FloatArray, states: FloatArray, events: FloatArray,
-    peaks: FloatArray, K: FloatArray, F: FloatArray, Q: FloatArray, kept: FloatArray, S: FloatArray,
+    peaks: FloatArray, K: FloatArray, F: FloatArray, Q: FloatArray, kept: FloatArray, S: FloatArray, solid: FloatArray,
+    gauss: FloatArray, tracked: FloatArray,
 ) -> int:  # fmt: skip
     """March until `end`, or until a table is full; return why it stopped. May be called again.
 
-    `free` is the log (macro steps, 2, fours, nodes, HALF), and `made` counts its rows, the present one included.
-    `sinking` and the middle axis of `free` are of the rails together, and against one another, as the tables and modes.
+    `free` is the log (macro steps, 2, fours, nodes, HALF). `made` counts its rows, the present one included; then come
+    how many macro steps are not tried at once, how many after the next failure, and whether the contacts are those of
+    the present state. `solid`, `gauss` and `tracked` are what `whole_steps` needs. `sinking` and the middle axis of
+    `free` are of the rails together, and against one another, as the tables and modes.
     """
     begin = int(data[plan[asm.AT_RAILS] + asm.RAIL_STATES])
     lanes = kept.shape[1]
     moments, spare, spare_2 = np.empty(free.shape[1:]), np.empty_like(modes), np.empty_like(modes_2)
+    nodal = whole_steps.nodal_for(gauss, len(w), len(wheels), int(data[asm.TREADS]))
+    may_be_whole = whole_steps.is_possible(data, plan, pieces)
+    at, end_of_state = plan[asm.AT_RAILS], np.empty_like(w)
+    if made[FRESH] == 0 and S[passing.RUN_TIME] == data[at + asm.RAIL_BEGAN]:
+        _meet_rails(S[passing.RUN_TIME], data, plan, w, wheels, events, S)
+        made[FRESH] = 1
     while True:
-        data[asm.RUN_END] = min(end, begin_of_step(made[0], ends))
-        status = march_at(
-            address, data, plan, scales, w, wheels, pieces, steps, states, events, peaks, K, F, Q, kept, S
-        )  # fmt: skip
-        if status != DONE or S[passing.RUN_TIME] >= end:
-            return status
+        now, until = S[passing.RUN_TIME], begin_of_step(made[MADE], ends)
+        row, at_once = int(S[passing.RUN_STEPS]), False
+        data[asm.RUN_END] = min(end, until)
+        if may_be_whole and now == data[at + asm.RAIL_BEGAN] and until <= end:
+            if row + 2 > len(steps) or S[passing.RUN_PEAKS] + PEAKS_AT_ONCE * lanes > len(peaks):
+                return FULL
+            if made[WAITS] > 0:
+                made[WAITS] -= 1
+            else:
+                passing.enable_flanges(data, wheels)
+                if made[FRESH] != 0:
+                    rates(now, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], False)
+                    S[passing.RATES_USED] += 1.0
+                else:
+                    K[FIRST_STAGE] = nodal.rates[-1]
+                answer = solid[(made[MADE] - 1) % len(local)]
+                if np.isnan(answer[0]):
+                    whole_steps.answer_at_nodes(data, plan, nodal, answer)
+                turns = whole_steps.solve_whole(
+                    now, answer, data, plan, scales, w, end_of_state, wheels, pieces, Q, K[FIRST_STAGE], nodal
+                )
+                at_once = turns > 0
+                S[passing.RATES_USED] += max(turns - 1, 0) * len(nodal.places)
+                if at_once:
+                    made[PAUSE] = 1
+                else:
+                    made[WAITS] = made[PAUSE]
+                    made[PAUSE] = min(2 * made[PAUSE], LONGEST_PAUSE)
+        if at_once:
+            steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH] = now, until - now
+            steps[row, asm.STEP_CLOSED] = passing.closed_contacts(wheels) + 2.0**lanes
+            steps[row, asm.STEP_ELEMENTS : asm.STEP_ELEMENTS + len(pieces)] = pieces
+            states[row] = w
+            whole_steps.follow_forces(now, until - now, wheels, data, plan, tracked, peaks, S, nodal)
+            w[:] = end_of_state
+            S[passing.RUN_STEPS] += 1.0
+            S[passing.RUN_TIME] = until
+            made[FRESH] = 0
+            if until >= end:
+                whole_steps.end_following(tracked, peaks, S)
+                return DONE
+        else:
+            whole_steps.end_following(tracked, peaks, S)
+            if made[FRESH] == 0 and now < until:
+                _meet_rails(now, data, plan, w, wheels, events, S)
+                made[FRESH] = 1
+            status = march_at(
+                address, data, plan, scales, w, wheels, pieces, steps, states, events, peaks, K, F, Q, kept, S
+            )  # fmt: skip
+            if status != DONE or S[passing.RUN_TIME] >= end:
+                return status
+            if now < until:
+                made[FRESH] = 1
         missing = max(S[passing.RUN_EVENTS] + 2.0 * lanes - len(events), S[passing.RUN_PEAKS] + lanes - len(peaks))
-        if missing > 0.0 or made[0] == len(free):
+        if missing > 0.0 or made[MADE] == len(free):
             return FULL
+        now, step = S[passing.RUN_TIME], made[MADE]
+        data[asm.RUN_END] = end
+        if at_once:
+            passing.pass_breaks(np.nextafter(now, 0.0), data, plan, wheels)
+        goes_on = at_once and passing.next_break(data, now, wheels) > now
+        if made[FRESH] == 0 and not goes_on:
+            contact_forces(now, data, plan, w, wheels)
         # -- the rails
-        now, step = S[passing.RUN_TIME], made[0]
         of_rails = w[begin : begin + moments.size].reshape(moments.shape)
         moments[TOGETHER] = (of_rails[LEFT] + of_rails[RIGHT]) * (0.5 / force)
         moments[AGAINST] = (of_rails[LEFT] - of_rails[RIGHT]) * (0.5 / force)
         of_rails[:] = 0.0
-        length_of = which[(step - 1) % len(which)]
-        write_rails(step - 1, writes, first, decay[length_of], turns, sets, phase, bay, moments[TOGETHER], modes, spare)
-        write_rails(
-            step - 1, writes_2, first_2, decay_2[length_of], turns_2, sets, phase, bay, moments[AGAINST], modes_2,
-            spare_2,
-        )  # fmt: skip
-        read_rails(
-            step, reads, first, turns, sets, phase, bay, modes, spare, length, sinking[TOGETHER], free[step, TOGETHER]
-        )  # fmt: skip
-        read_rails(
-            step, reads_2, first_2, turns_2, sets, phase, bay, modes_2, spare_2, length, sinking[AGAINST],
-            free[step, AGAINST],
-        )  # fmt: skip
+        before = step - 1
+        length_of = which[before % len(which)]
+        turn(decay[length_of], modes[RE], modes[IM])
+        turn(decay_2[length_of], modes_2[RE], modes_2[IM])
+        for i in range(len(sets)):
+            take_wheel(i, before, writes, first, bays, sets, phase, bay, moments[TOGETHER], modes, spare)
+            take_wheel(i, before, writes_2, first_2, bays_2, sets, phase, bay, moments[AGAINST], modes_2, spare_2)
+        pass_bay(before, writes.shape[1], bays, phase, modes)
+        pass_bay(before, writes_2.shape[1], bays_2, phase, modes_2)
+        shown, shown_2 = free[step, TOGETHER], free[step, AGAINST]
+        for i in range(len(sets)):
+            show_wheel(
+                i, step, reads, first, bays, sets, phase, bay, modes, spare, length, sinking[TOGETHER], shown
+            )  # fmt: skip
+            show_wheel(
+                i, step, reads_2, first_2, bays_2, sets, phase, bay, modes_2, spare_2, length, sinking[AGAINST], shown_2
+            )  # fmt: skip
         place = step % len(local)
         enter_macro_step(step, ends, free[step].reshape(-1), local[place], answers[place], data, plan)
-        made[0] += 1
+        made[MADE] += 1
         # -- go on
+        if goes_on:
+            continue
         searching.keep_contacts(wheels, kept)
         hardest = passing.pass_breaks(now, data, plan, wheels)
-        contact_forces(now, data, plan, w, wheels)
-        passing.switch_contacts(now, data, wheels, events, S)
-        contact_forces(now, data, plan, w, wheels)
-        if is_plastic(data) and passing.switch_stretches(now, data, wheels, events, S):
-            contact_forces(now, data, plan, w, wheels)
-        S[passing.ANEW] = 1.0
+        if hardest != SOFT:
+            whole_steps.end_following(tracked, peaks, S)
+        _meet_rails(now, data, plan, w, wheels, events, S)
+        made[FRESH] = 1
         if hardest != SOFT and is_lossy(data):
             rates(now, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], True)
             find_growths(now, data, plan, w, K[FIRST_STAGE], wheels)
         if hardest != SOFT:
             searching.log_corners(now, data[asm.PULSE], wheels, kept, peaks, S)
             S[passing.NEXT_LENGTH] = passing.FIRST_STEP * data[asm.PULSE]
+
+
+@kernel
+def _meet_rails(
+    now: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray, events: FloatArray,
+    S: FloatArray,
+) -> None:  # fmt: skip
+    """Compute what presses on the rails that a macro step begins with, and open and close what that changes."""
+    contact_forces(now, data, plan, w, wheels)
+    passing.switch_contacts(now, data, wheels, events, S)
+    contact_forces(now, data, plan, w, wheels)
+    if is_plastic(data) and passing.switch_stretches(now, data, wheels, events, S):
+        contact_forces(now, data, plan, w, wheels)
+    S[passing.ANEW] = 1.0
 
 
 def is_ready(task: OnRails) -> bool:
@@ -159,7 +248,7 @@ def march(
     end = float(A.numbers[asm.RUN_END])
     tables = tables_of(task.track, end)
     flat, work = asm.flattened_assembly(A), multibody.work_for(A)
-    made = np.ones(1, dtype=np.int64)
+    made = np.array([1, 0, 1, 1])
     modes, free = first_macro_step(task, tables)
     grid = tables.grid
     enter_macro_step(0, grid.ends, free[0].ravel(), tables.local[0], tables.answers[0], *flat)
@@ -168,20 +257,22 @@ def march(
     log_first_yields(work)
     units, (one, other) = task.track.units, (tables.ways[TOGETHER], tables.ways[-1])
     laying = Laying(memory, A, grid)
+    solid, gauss = np.full_like(tables.answers, np.nan), whole_steps.packed_nodes(task.track.method.nodes)
+    tracked = np.zeros((whole_steps.TRACKED, work.kept.shape[1]))
     while True:
         room = work.steps[: int(work.S[passing.RUN_STEPS]) + telling.WAGON_CHUNK]
         status = rails_kernel(
             MARCH.address, laying.until, grid.ends, grid.which, *one, modes[TOGETHER], *other, modes[AGAINST],
             tables.sets, tables.phase, tables.bay, tables.local, tables.answers, ways_of(task.sinking), units.length,
-            units.force, free, made, *flat, scales, *work._replace(steps=room),
+            units.force, free, made, *flat, scales, *work._replace(steps=room), solid, gauss, tracked,
         )  # fmt: skip
         if laying.goes_on(status):
-            flat = laying.lay(_found_so_far(status, work, tables, free[: made[0]]), flat)
+            flat = laying.lay(_found_so_far(status, work, tables, free[: made[MADE]]), flat)
             change_paths(*flat, work.w, work.wheels, work.events, work.peaks, work.kept, work.S)
         elif status != FULL or tell(float(work.S[passing.RUN_TIME])):
-            return _found_so_far(status, work, tables, free[: made[0]])._replace(paths=laying.paths)
+            return _found_so_far(status, work, tables, free[: made[MADE]])._replace(paths=laying.paths)
         work = multibody.grown_work(work)
-        free = telling.grown_table(free, float(made[0]), 1.0)
+        free = telling.grown_table(free, float(made[MADE]), 1.0)
 
 
 def _found_so_far(status: int, work: multibody.Work, tables: RailTables, free: FloatArray) -> MultibodyMarch:
@@ -215,9 +306,10 @@ def first_macro_step(task: OnRails, tables: RailTables) -> tuple[list[FloatArray
     for way, (ring, amplitudes) in enumerate(zip(task.track.rings, task.modes, strict=True)):
         held = amplitudes[np.argsort(np.abs(ring.rates), kind="stable")]
         modes, its = np.stack([held.real, held.imag]), tables.ways[way % len(tables.ways)]
-        read_rails(
-            0, its.reads, its.first, its.turns, tables.sets, tables.phase, tables.bay, modes, np.empty_like(modes),
-            task.track.units.length, sinking[way], free[0, way],
-        )  # fmt: skip
+        for i in range(len(tables.sets)):
+            show_wheel(
+                i, 0, its.reads, its.first, its.turns, tables.sets, tables.phase, tables.bay, modes,
+                np.empty_like(modes), task.track.units.length, sinking[way], free[0, way],
+            )  # fmt: skip
         out.append(modes)
     return out, free

@@ -148,41 +148,45 @@ def _bays_ahead(step: int, i: int, phases: int, bays: int, phase: IntArray, bay:
 
 
 @uncounted_kernel
-def read_rails(step: int, reads: FloatArray, first: IntArray, turns: FloatArray, sets: IntArray, phase: IntArray, bay: IntArray, modes: FloatArray, spare: FloatArray, unit: float, sinking: FloatArray, free: FloatArray) -> None:  # fmt: skip  # noqa: E501
-    """Write what one way of the rails to move shows the wheels in a macro step: free, m downwards.
+def show_wheel(i: int, step: int, reads: FloatArray, first: IntArray, turns: FloatArray, sets: IntArray, phase: IntArray, bay: IntArray, modes: FloatArray, spare: FloatArray, unit: float, sinking: FloatArray, free: FloatArray) -> None:  # fmt: skip  # noqa: E501
+    """Write what one way of the rails to move shows a wheelset in a macro step: its entries of free, m downwards.
 
-    It is (fours, nodes, HALF). `modes` is (2, modes), real and imaginary parts. What the wheels feel counts from
-    `sinking`, (wheelsets,).
+    That is (fours, nodes, HALF). `modes` is (2, modes), real and imaginary parts. What the wheels feel counts from
+    `sinking`, (wheelsets,). Ways that are alike have the same rows: wheel by wheel these stay in the cache.
     """
-    phases = reads.shape[1]
-    free[:] = 0.0
-    for i in range(len(sets)):
-        rows = reads[sets[i], (phase[i] + step) % phases]
-        if i == 0:
-            read_modes(rows, first, modes[RE], modes[IM], free[i // HALF, :, i % HALF])
-        else:
-            ahead = _bays_ahead(step, i, phases, len(turns), phase, bay)
-            turned(turns[ahead], modes[RE], modes[IM], spare[RE], spare[IM])
-            read_modes(rows, first, spare[RE], spare[IM], free[i // HALF, :, i % HALF])
-    for i in range(len(sets)):
-        for m in range(free.shape[1]):
-            free[i // HALF, m, i % HALF] *= -unit
-        free[i // HALF, BEGIN, i % HALF] -= sinking[i]
+    phases, own = reads.shape[1], free[i // HALF, :, i % HALF]
+    for m in range(len(own)):
+        own[m] = 0.0
+    rows = reads[sets[i], (phase[i] + step) % phases]
+    if i == 0:
+        read_modes(rows, first, modes[RE], modes[IM], own)
+    else:
+        ahead = _bays_ahead(step, i, phases, len(turns), phase, bay)
+        turned(turns[ahead], modes[RE], modes[IM], spare[RE], spare[IM])
+        read_modes(rows, first, spare[RE], spare[IM], own)
+    for m in range(len(own)):
+        own[m] *= -unit
+    own[BEGIN] -= sinking[i]
 
 
 @uncounted_kernel
-def write_rails(step: int, writes: FloatArray, first: IntArray, decay: FloatArray, turns: FloatArray, sets: IntArray, phase: IntArray, bay: IntArray, moments: FloatArray, modes: FloatArray, spare: FloatArray) -> None:  # fmt: skip  # noqa: E501
-    """Move the modes of one way over a macro step; moments are as `free`, in units of the tables."""
-    phases = writes.shape[1]
-    turn(decay, modes[RE], modes[IM])
-    for i in range(len(sets)):
-        rows = writes[sets[i], (phase[i] + step) % phases]
-        if i == 0:
-            write_modes(rows, first, moments[i // HALF, :, i % HALF], modes[RE], modes[IM])
-        else:
-            ahead = _bays_ahead(step, i, phases, len(turns), phase, bay)
-            spare[:] = 0.0
-            write_modes(rows, first, moments[i // HALF, :, i % HALF], spare[RE], spare[IM])
-            add_turned_back(turns[ahead], spare[RE], spare[IM], modes[RE], modes[IM])
+def take_wheel(i: int, step: int, writes: FloatArray, first: IntArray, turns: FloatArray, sets: IntArray, phase: IntArray, bay: IntArray, moments: FloatArray, modes: FloatArray, spare: FloatArray) -> None:  # fmt: skip  # noqa: E501
+    """Add to the modes of one way what a wheelset did in a macro step: moments, as `free`, in units of the tables."""
+    phases, own = writes.shape[1], moments[i // HALF, :, i % HALF]
+    rows = writes[sets[i], (phase[i] + step) % phases]
+    if i == 0:
+        write_modes(rows, first, own, modes[RE], modes[IM])
+        return
+    ahead = _bays_ahead(step, i, phases, len(turns), phase, bay)
+    for part in range(2):
+        for n in range(spare.shape[1]):
+            spare[part, n] = 0.0
+    write_modes(rows, first, own, spare[RE], spare[IM])
+    add_turned_back(turns[ahead], spare[RE], spare[IM], modes[RE], modes[IM])
+
+
+@uncounted_kernel
+def pass_bay(step: int, phases: int, turns: FloatArray, phase: IntArray, modes: FloatArray) -> None:
+    """Turn the modes of one way where the first wheelset comes to the next bay at a macro step's end."""
     if (phase[BEGIN] + step + 1) % phases == 0:
         turn(turns[1 % len(turns)], modes[RE], modes[IM])

@@ -24,8 +24,9 @@ from wheeltapper.march.rails.march import LEFT, RIGHT, OnRails
 from wheeltapper.march.rails.modes import fours_of, tables_for
 from wheeltapper.march.replay import replay
 
-BESIDE = 1e-3
-"""Distance over which the forces' rates are differenced, in steps of the vehicle; its square is the relative error."""
+BESIDE, PART = 1e-3, 0.2
+"""Distance over which the forces' rates are differenced, in steps of the vehicle, which count as long as this part of a
+macro step at most; its square is the relative error."""
 FORCE_ROWS = np.array([wheel.NORMAL, wheel.NORMAL_RATE])
 
 
@@ -104,6 +105,7 @@ class RailsReplay:
         steps = self._march.steps
         row = np.clip(np.searchsorted(steps[:, asm.STEP_TIME], times, side="right") - 1, 0, None)
         begin, length = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
+        length = np.minimum(length, PART * self._grid.seconds(self._macro_steps()[row]))
         away = np.where(times - begin < 0.5 * length, BESIDE, -BESIDE) * length  # within the same step
         asked = np.stack([times, times + away, times + 2.0 * away])
         order = np.argsort(asked, axis=None, kind="stable")
