@@ -227,7 +227,7 @@ def march_kernel(
                 rates(now, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], True)
                 find_growths(now, data, plan, w, K[FIRST_STAGE], wheels)
             if hardest != SOFT or lossy:
-                searching.log_corners(now, data[asm.PULSE], wheels, kept, peaks, S)
+                searching.log_corners(now, data[asm.PULSE], 1.0, wheels, kept, peaks, S)
         if S[passing.ANEW] != 0.0:
             S[passing.NEXT_LENGTH] = passing.FIRST_STEP * data[asm.PULSE]
         if _is_off(data, wheels):

@@ -115,7 +115,7 @@ def change_paths(
         contact_forces(t, data, plan, w, wheels)
         if passing.switch_stretches(t, data, wheels, events, S):
             contact_forces(t, data, plan, w, wheels)
-        searching.log_corners(t, data[asm.PULSE], wheels, kept, peaks, S)
+        searching.log_corners(t, data[asm.PULSE], 1.0, wheels, kept, peaks, S)
         S[passing.NEXT_LENGTH] = passing.FIRST_STEP * data[asm.PULSE]
 
 

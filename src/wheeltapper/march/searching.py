@@ -297,8 +297,13 @@ def log_maxima(kept: FloatArray, span: Span, peaks: FloatArray, S: FloatArray) -
 
 
 @kernel
-def log_corners(t: float, pulse: float, wheels: FloatArray, kept: FloatArray, peaks: FloatArray, S: FloatArray) -> None:
-    """Log the forces with a maximum at a kink or jump of the input; `kept` is from before it."""
+def log_corners(
+    t: float, pulse: float, corner: float, wheels: FloatArray, kept: FloatArray, peaks: FloatArray, S: FloatArray
+) -> None:  # fmt: skip
+    """Log the forces with a maximum at a kink or jump of the input, or where two steps meet; `kept` is from before it.
+
+    `corner` is 1 for the former, and 0 for the latter.
+    """
     for lane in range(kept.shape[1]):
         L = wheels[lane // LANES]
         i = lane % LANES
@@ -312,4 +317,4 @@ def log_corners(t: float, pulse: float, wheels: FloatArray, kept: FloatArray, pe
             or (falls and after > before + least)
             or (rose and abs(after - before) <= least and L[NORMAL_RATE + i] * pulse < -least)
         ):
-            log_peak(t, lane, max(before, after), 1.0, peaks, S)
+            log_peak(t, lane, max(before, after), corner, peaks, S)

@@ -115,13 +115,16 @@ def nodal_for(gauss: FloatArray, states: int, octets: int, treads: int) -> Nodal
 
 
 @uncounted_kernel
-def answer_at_nodes(data: FloatArray, plan: IntArray, nodal: Nodal, out: FloatArray) -> None:
-    """Write what forces at the nodes do to the deflections at the nodes, from what their moments do."""
-    q, one, _, _, answers, _, _, _, _ = places_of(data, plan)
+def _answer_at_nodes(
+    values: FloatArray, integrals: FloatArray, answers: FloatArray, row: FloatArray, out: FloatArray
+) -> None:  # fmt: skip
+    """Write what forces at the nodes do to the deflections at the nodes, from what their moments do.
+
+    Both are flat, of each way; `row` is scratch memory.
+    """
+    q, one = len(values), len(row)
     fours = one // (q * HALF)
-    ways = 2 if data[plan[asm.AT_RAILS] + asm.RAIL_AGAINST] > 0.0 else 1
-    row = nodal.row
-    for way in range(ways):
+    for way in range(len(answers) // (one * one)):
         begin = way * one * one
         for a in range(fours):
             for k in range(q):
@@ -129,10 +132,10 @@ def answer_at_nodes(data: FloatArray, plan: IntArray, nodal: Nodal, out: FloatAr
                     for n in range(one):
                         row[n] = 0.0
                     for m in range(q):
-                        at = answers + begin + ((a * q + m) * HALF + b) * one
-                        value = nodal.values[k, m]
+                        at = begin + ((a * q + m) * HALF + b) * one
+                        value = values[k, m]
                         for n in range(one):
-                            row[n] += value * data[at + n]
+                            row[n] += value * answers[at + n]
                     to = begin + ((a * q + k) * HALF + b) * one
                     for c in range(fours):
                         for j in range(q):
@@ -140,9 +143,18 @@ def answer_at_nodes(data: FloatArray, plan: IntArray, nodal: Nodal, out: FloatAr
                             for d in range(HALF):
                                 out[at + d] = 0.0
                             for m in range(q):
-                                value = nodal.integrals[j, k] * nodal.values[j, m]
+                                value = integrals[j, k] * values[j, m]
                                 for d in range(HALF):
                                     out[at + d] += value * row[(c * q + m) * HALF + d]
+
+
+@kernel
+def answers_at_nodes(gauss: FloatArray, fours: int, answers: FloatArray, out: FloatArray) -> None:
+    """Write what forces at the nodes do to the deflections there, from what moments do, of each place in a bay."""
+    q = gauss.shape[1]
+    row = np.empty(fours * q * HALF)
+    for place in range(len(answers)):
+        _answer_at_nodes(gauss[2 : 2 + q], gauss[2 + 2 * q : 2 + 3 * q], answers[place], row, out[place])
 
 
 @kernel
@@ -515,6 +527,12 @@ def _largest_change(h: float, behind: int, scales: FloatArray, nodal: Nodal) -> 
     return most * h
 
 
+@inlined_uncounted_kernel
+def _is_slow(change: float, last: float) -> bool:
+    """Return True for a change that is not settled, and more than half as large as the last one."""
+    return not (change <= SETTLED or change < 0.5 * last)
+
+
 @uncounted_kernel
 def _settle_step(
     t: float, solid: FloatArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
@@ -562,7 +580,7 @@ def _settle_step(
         left, left_moved = most * min(most / last, 1.0), moved * min(moved / last_moved, 1.0)
         if turn > 1 and max(left, left_moved) <= SETTLED:
             return turn + 1
-        if turn > 1 and not max(most / last, moved / last_moved) < 0.5:
+        if turn > 1 and (_is_slow(most, last) or _is_slow(moved, last_moved)):
             return 0
         last, last_moved = most, moved
     return 0
@@ -596,15 +614,17 @@ def _nothing_happens(data: FloatArray, plan: IntArray, wheels: FloatArray, piece
     for o in range(wheels.shape[0]):
         if wheels[o, wheel.AWAKE] == 0.0:
             continue
-        for i in range(LANES):
-            if wheels[o, wheel.SIDES + i] == 0.0:
-                continue
-            sign = 2.0 * wheels[o, wheel.ON + i] - 1.0
-            for m in range(q):
-                total = 0.0
-                for k in range(q):
-                    total += nodal.bernstein[m, k] * nodal.depths[o, k, i]
-                if not sign * total > 0.0:
+        L = wheels[o]
+        for m in range(q):
+            out = nodal.change[m]
+            for i in range(LANES):
+                out[i] = 0.0
+            for k in range(q):
+                value = nodal.bernstein[m, k]
+                for i in range(LANES):
+                    out[i] += value * nodal.depths[o, k, i]
+            for i in range(LANES):
+                if L[wheel.SIDES + i] != 0.0 and not (2.0 * L[wheel.ON + i] - 1.0) * out[i] > 0.0:
                     return False
     for element in range(plan[asm.LAWS]):
         for k in range(q):
@@ -699,7 +719,9 @@ def repeat_whole(
     pieces: FloatArray, Q: FloatArray, start: FloatArray, nodal: Nodal,
 ) -> None:  # fmt: skip
     """Solve a macro step again that has been solved before."""
-    answer_at_nodes(data, plan, nodal, nodal.solid)
+    _, one, _, _, at, _, _, _, _ = places_of(data, plan)
+    size = one * one + int(data[plan[asm.AT_RAILS] + asm.RAIL_AGAINST])
+    _answer_at_nodes(nodal.values, nodal.integrals, data[at : at + size], nodal.row, nodal.solid[:size])
     _settle_step(t, nodal.solid, data, plan, scales, w, wheels, pieces, Q, start, nodal)
     _write_end(w, y, data, plan, nodal)
 
@@ -839,11 +861,16 @@ def follow_forces(t: float, h: float, wheels: FloatArray, data: FloatArray, plan
 
 
 @uncounted_kernel
-def end_following(tracked: FloatArray, peaks: FloatArray, S: FloatArray) -> None:
-    """Log the maxima that forces have passed, where no whole step follows."""
+def end_following(t: float, wheels: FloatArray, tracked: FloatArray, peaks: FloatArray, S: FloatArray) -> None:
+    """Log the maxima that forces have passed at a time after which no whole step follows."""
     for lane in range(tracked.shape[1]):
-        if tracked[TREND, lane] > 0.0 and tracked[END_SLOPE, lane] < 0.0 and tracked[BEST_FORCE, lane] > -np.inf:
-            log_peak(tracked[BEST_TIME, lane], lane, tracked[BEST_FORCE, lane], 0.0, peaks, S)
+        if tracked[TREND, lane] > 0.0:
+            L, i = wheels[lane // LANES], lane % LANES
+            if tracked[END_SLOPE, lane] > 0.0 and L[wheel.ON + i] != 0.0 and L[wheel.NORMAL_RATE + i] < 0.0:
+                _pass_maximum(t, L[wheel.NORMAL + i], lane, tracked)
+                tracked[END_SLOPE, lane] = -1.0
+            if tracked[END_SLOPE, lane] < 0.0 and tracked[BEST_FORCE, lane] > -np.inf:
+                log_peak(tracked[BEST_TIME, lane], lane, tracked[BEST_FORCE, lane], 0.0, peaks, S)
         tracked[TREND, lane] = 0.0
 
 

@@ -128,8 +128,6 @@ def rails_kernel(
                 else:
                     K[FIRST_STAGE] = nodal.rates[-1]
                 answer = solid[(made[MADE] - 1) % len(local)]
-                if np.isnan(answer[0]):
-                    whole_steps.answer_at_nodes(data, plan, nodal, answer)
                 turns = whole_steps.solve_whole(
                     now, answer, data, plan, scales, w, end_of_state, wheels, pieces, Q, K[FIRST_STAGE], nodal
                 )
@@ -151,13 +149,14 @@ def rails_kernel(
             S[passing.RUN_TIME] = until
             made[FRESH] = 0
             if until >= end:
-                whole_steps.end_following(tracked, peaks, S)
+                contact_forces(until, data, plan, w, wheels)
+                whole_steps.end_following(until, wheels, tracked, peaks, S)
                 return DONE
         else:
-            whole_steps.end_following(tracked, peaks, S)
             if made[FRESH] == 0 and now < until:
                 _meet_rails(now, data, plan, w, wheels, events, S)
                 made[FRESH] = 1
+            whole_steps.end_following(now, wheels, tracked, peaks, S)
             status = march_at(
                 address, data, plan, scales, w, wheels, pieces, steps, states, events, peaks, K, F, Q, kept, S
             )  # fmt: skip
@@ -203,17 +202,17 @@ def rails_kernel(
         # -- go on
         if goes_on:
             continue
+        whole_steps.end_following(now, wheels, tracked, peaks, S)
         searching.keep_contacts(wheels, kept)
         hardest = passing.pass_breaks(now, data, plan, wheels)
-        if hardest != SOFT:
-            whole_steps.end_following(tracked, peaks, S)
         _meet_rails(now, data, plan, w, wheels, events, S)
         made[FRESH] = 1
-        if hardest != SOFT and is_lossy(data):
+        if is_lossy(data):
             rates(now, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], True)
             find_growths(now, data, plan, w, K[FIRST_STAGE], wheels)
+        corner = 1.0 if hardest != SOFT else 0.0
+        searching.log_corners(now, data[asm.PULSE], corner, wheels, kept, peaks, S)
         if hardest != SOFT:
-            searching.log_corners(now, data[asm.PULSE], wheels, kept, peaks, S)
             S[passing.NEXT_LENGTH] = passing.FIRST_STEP * data[asm.PULSE]
 
 
@@ -257,14 +256,14 @@ def march(
     log_first_yields(work)
     units, (one, other) = task.track.units, (tables.ways[TOGETHER], tables.ways[-1])
     laying = Laying(memory, A, grid)
-    solid, gauss = np.full_like(tables.answers, np.nan), whole_steps.packed_nodes(task.track.method.nodes)
+    gauss = whole_steps.packed_nodes(task.track.method.nodes)
     tracked = np.zeros((whole_steps.TRACKED, work.kept.shape[1]))
     while True:
         room = work.steps[: int(work.S[passing.RUN_STEPS]) + telling.WAGON_CHUNK]
         status = rails_kernel(
             MARCH.address, laying.until, grid.ends, grid.which, *one, modes[TOGETHER], *other, modes[AGAINST],
             tables.sets, tables.phase, tables.bay, tables.local, tables.answers, ways_of(task.sinking), units.length,
-            units.force, free, made, *flat, scales, *work._replace(steps=room), solid, gauss, tracked,
+            units.force, free, made, *flat, scales, *work._replace(steps=room), tables.solid, gauss, tracked,
         )  # fmt: skip
         if laying.goes_on(status):
             flat = laying.lay(_found_so_far(status, work, tables, free[: made[MADE]]), flat)

@@ -7,6 +7,8 @@ them. Each way is a ring of its own: sleepers bounce in the first and roll in th
 
 from __future__ import annotations
 
+from collections import OrderedDict
+from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
@@ -17,9 +19,18 @@ from wheeltapper.march.general.contract import Bodies, Contact, Law, Method, Sys
 from wheeltapper.march.general.layout import BEGIN, IM, RE
 from wheeltapper.march.general.modal import add_turned_back, read_modes, turn, turned, write_modes
 from wheeltapper.march.general.structure import Ring
-from wheeltapper.march.general.tables import Grid, TrackTables, Units, longest_step, track_tables, without_bodies
+from wheeltapper.march.general.tables import (
+    KEPT_BYTES,
+    Grid,
+    TrackTables,
+    Units,
+    longest_step,
+    track_tables,
+    without_bodies,
+)
 from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.whole_steps import answers_at_nodes, packed_nodes
 
 TOGETHER, AGAINST = range(2)
 """The ways in which two rails move."""
@@ -78,8 +89,9 @@ class RailTables(NamedTuple):
     local
         Under a wheel's own force, of all places in a bay: (places, fours·nodes·HALF). It is the mean of both ways;
         half of their difference, which a force does to the other rail, is left out.
-    answers
-        Of all places: (places, ways·square of that), force first.
+    answers, solid
+        To the moments of forces, and at the Gauss nodes to forces at the nodes, of all places: (places, ways·square of
+        that), force first.
     """
 
     grid: Grid
@@ -89,20 +101,47 @@ class RailTables(NamedTuple):
     bay: IntArray
     local: FloatArray
     answers: FloatArray
+    solid: FloatArray
+
+
+MOST_KEPT = 4
+"""Tracks whose tables are kept."""
+_kept: OrderedDict[tuple[int, ...], tuple[list[TrackTables], RailTables]] = OrderedDict()
+_kept_lock = Lock()
 
 
 def tables_of(track: Track, duration: float) -> RailTables:
-    """Return the tables of a track for a duration, s."""
-    transform, compliance = gauss_nodes(track.method.nodes).transform, track.units.length / track.units.force
+    """Return the tables of a track for a duration, s. Those that were made last are kept."""
     made = [tables_for(track, way, duration) for way in ((TOGETHER, AGAINST) if track.rolls else (TOGETHER,))]
+    key = tuple(id(one) for one in made)
+    with _kept_lock:
+        if key in _kept:
+            _kept.move_to_end(key)
+            return _kept[key][1]
+    tables = _made_tables(track, made)
+    if sum(part.nbytes for one in made for part in one.modal) > KEPT_BYTES:
+        return tables
+    with _kept_lock:
+        _kept[key] = made, tables  # with what they were made of, so that nothing else gets its identity
+        while len(_kept) > MOST_KEPT:
+            _kept.popitem(last=False)
+    return tables
+
+
+def _made_tables(track: Track, made: list[TrackTables]) -> RailTables:
+    """Return the tables of a track from those of its ways."""
+    transform, compliance = gauss_nodes(track.method.nodes).transform, track.units.length / track.units.force
     held = [without_bodies(one, track.method) for one in made]
     cross = [compliance * (transform @ one.cross @ transform.T) for one in held]  # (wheel, other, places, m, l)
     residual = compliance * np.mean([one.residual for one in held], axis=0)
     ways = tuple(WayTables(one.reads, one.writes, one.first, one.decay, one.turns) for one in held)
+    answers = np.hstack([_in_fours(one.transpose(2, 1, 4, 0, 3), 3, 1) for one in cross])
+    solid = np.empty_like(answers)
+    answers_at_nodes(packed_nodes(track.method.nodes), fours_of(len(track.places)), answers, solid)
     return RailTables(
         made[TOGETHER].grid, ways, held[TOGETHER].sets, held[TOGETHER].phase, held[TOGETHER].bay,
         _in_fours(residual.transpose(1, 0, 2), 1),
-        np.hstack([_in_fours(one.transpose(2, 1, 4, 0, 3), 3, 1) for one in cross]),
+        answers, solid,
     )  # fmt: skip
 
 
