@@ -8,9 +8,10 @@ matrix times the forces at all nodes. The motion at the nodes follows from the r
 2. the rails' deflections, by the present forces, and the gaps;
 3. the forces of each wheel at all nodes together, with what they do to its own gap, by the rail below it and by the
    wheelset. By itself this would settle slowly;
-4. creep, elements, suspension: new accelerations.
+4. creep, elements, suspension: new accelerations. Where creep makes the turns settle slowly, as it does at low speeds
+   and with the spin of the wheelsets, their change is solved with what it does to the creep forces.
 
-Some four such turns do. A step in which something may happen, whose forces have not settled, or are not smooth enough
+Some three such turns do. A step in which something may happen, whose forces have not settled, or are not smooth enough
 for the nodes, is left to the march that locates events (`multibody`).
 """
 
@@ -42,13 +43,16 @@ MOST_TURNS = 9
 SETTLED = 3e-8
 """Error of the forces and of the states' changes that ends the turns, by how fast these have become smaller: static
 forces, and scales of the states."""
+POOR = 0.03
+"""Ratio of the changes of the states in two turns from which on slips are damped."""
 TAIL = 1e-6
 """Largest of the last two Legendre coefficients of a force, in static forces."""
 MOST_CORRECTIONS = 5
 ROUGHLY, CORRECTED = 1e-3, 1e-6
 """Newton's corrections of the forces of a wheel in a turn, and those that end them in the first turn and in later ones,
 in static forces; the error is their square or, with the matrix of the turn before, some hundredth of them."""
-LEFT, RIGHT = range(2)
+TOGETHER, ACROSS = range(2)
+"""Groups of slips: of both wheels along the rail, together and against one another; and across it."""
 
 
 class Nodal(NamedTuple):
@@ -77,6 +81,8 @@ class Nodal(NamedTuple):
     normals: FloatArray  # (octets, q, LANES): forces of treads and flanges
     began: FloatArray  # (octets, 2·LANES): pieces and shifts of the paths at the step's start
     shifts: FloatArray  # (treads, LANES): largest lateral shifts at the nodes
+    creep: FloatArray  # (treads, 2, LANES): damping of the wheelsets' slips over their inertia, in a step
+    slips: FloatArray  # (treads, 2, q, q, LANES): factors for these
     own: FloatArray  # (treads, q, q, LANES): what a force at a node does to its own gap at a node
     factors: FloatArray  # (treads, q, q, LANES): of Newton's matrix of the forces
     change: FloatArray  # (q, LANES)
@@ -108,7 +114,8 @@ def nodal_for(gauss: FloatArray, states: int, octets: int, treads: int) -> Nodal
         np.zeros((treads, q, LANES)), np.zeros((treads, q, LANES)), np.zeros((treads, q, LANES)),
         np.zeros((octets, q, LANES)), np.zeros((octets, q, LANES)), np.zeros((treads, q, LANES)),
         np.zeros((treads, q, LANES)), np.zeros((octets, q, LANES)), np.zeros((octets, q, LANES)),
-        np.zeros((octets, 2 * LANES)), np.zeros((treads, LANES)), np.zeros((treads, q, q, LANES)),
+        np.zeros((octets, 2 * LANES)), np.zeros((treads, LANES)), np.zeros((treads, 2, LANES)),
+        np.zeros((treads, 2, q, q, LANES)), np.zeros((treads, q, q, LANES)),
         np.zeros((treads, q, q, LANES)), np.zeros((q, LANES)),
         np.zeros((2, one)), np.zeros(2 * one * one), np.zeros(one),
     )  # fmt: skip
@@ -506,6 +513,79 @@ def _rates_at_nodes(
 
 
 @uncounted_kernel
+def _know_creep(h: float, data: FloatArray, plan: IntArray, wheels: FloatArray, nodal: Nodal) -> None:
+    """Write factors that let slips settle, from the creep forces that were computed last.
+
+    A wheelset's slips are damped by Kalker's coefficients: those of both wheels together along the rail, to which its
+    spin gives way first; those against one another, by its yaw; and across, by its lateral motion and its roll.
+    """
+    q = len(nodal.places)
+    for o in range(int(data[asm.TREADS])):
+        L = wheels[o]
+        creep = nodal.creep[o]
+        for i in range(HALF):
+            for group in range(2):
+                creep[group, i] = 0.0
+                creep[group, HALF + i] = 0.0
+            if L[wheel.SIDES + i] == 0.0 or data[asm.CREEP] == asm.NO_CREEP:
+                continue
+            light = plan[asm.AT_MOBILITY] + int(L[asm.BODY * LANES + i]) * LANES
+            along = L[wheel.STIFF_X + i] + L[wheel.STIFF_X + HALF + i]
+            across = L[wheel.STIFF_Y + i] + L[wheel.STIFF_Y + HALF + i]
+            square, arm = L[wheel.RADII + i] * L[wheel.RADII + i], L[wheel.ARM + i]
+            if data[light + asm.PITCH] > 0.0 and data[asm.QUASI_STATIC] == 0.0:
+                creep[TOGETHER, i] = h * along * (data[light + asm.MOTION_X] + square * data[light + asm.PITCH])
+            creep[TOGETHER, HALF + i] = h * along * arm * arm * data[light + asm.YAW]
+            creep[ACROSS, i] = h * across * (data[light + asm.MOTION_Y] + square * data[light + ROLL])
+        for group in range(2):
+            M = nodal.slips[o, group]
+            for k in range(q):
+                for j in range(q):
+                    for i in range(LANES):
+                        M[k, j, i] = creep[group, i] * nodal.integrals[k, j]
+                for i in range(LANES):
+                    M[k, k, i] += 1.0
+            _factorise(M)
+
+
+@uncounted_kernel
+def _let_slips_settle(data: FloatArray, plan: IntArray, wheels: FloatArray, nodal: Nodal) -> None:
+    """Correct the change of the wheelsets' accelerations in this turn by what it does to the creep forces."""
+    q, change = len(nodal.places), nodal.change
+    for o in range(int(data[asm.TREADS])):
+        L = wheels[o]
+        for group in range(2):
+            for k in range(q):
+                for i in range(HALF):
+                    at = int(L[asm.BODY * LANES + i]) * PLACES + TO_RATE
+                    one, other = (asm.PITCH, asm.YAW) if group == TOGETHER else (asm.MOTION_Y, asm.MOTION_Y)
+                    change[k, i] = nodal.rates[k, at + one] - nodal.before[k, at + one]
+                    change[k, HALF + i] = nodal.rates[k, at + other] - nodal.before[k, at + other]
+            _substitute(nodal.slips[o, group], change)
+            for i in range(HALF):
+                if L[wheel.SIDES + i] == 0.0:
+                    continue
+                body = int(L[asm.BODY * LANES + i])
+                at, light = body * PLACES + TO_RATE, plan[asm.AT_MOBILITY] + body * LANES
+                radius = L[wheel.RADII + i]
+                for k in range(q):
+                    rates, before = nodal.rates[k], nodal.before[k]
+                    if group == ACROSS:
+                        less = before[at + asm.MOTION_Y] + change[k, i] - rates[at + asm.MOTION_Y]
+                        rates[at + asm.MOTION_Y] += less
+                        if data[light + asm.MOTION_Y] > 0.0:
+                            rates[at + ROLL] += radius * data[light + ROLL] / data[light + asm.MOTION_Y] * less
+                        continue
+                    rates[at + asm.YAW] = before[at + asm.YAW] + change[k, HALF + i]
+                    if nodal.creep[o, TOGETHER, i] > 0.0:
+                        less = before[at + asm.PITCH] + change[k, i] - rates[at + asm.PITCH]
+                        rates[at + asm.PITCH] += less
+                        rates[at + asm.MOTION_X] -= (
+                            data[light + asm.MOTION_X] / (radius * data[light + asm.PITCH]) * less
+                        )
+
+
+@uncounted_kernel
 def _take_forces(unit: float, nodal: Nodal) -> float:
     """Take the forces of this turn; return the largest change, in static forces."""
     most = 0.0
@@ -557,6 +637,7 @@ def _settle_step(
         return 0
     _know_rails(data, plan, nodal)
     _know_own_answers(h, solid, data, plan, wheels, nodal)
+    damped = False
     last, last_moved = np.inf, np.inf
     enough = ROUGHLY * unit
     for turn in range(MOST_TURNS):
@@ -580,7 +661,15 @@ def _settle_step(
         left, left_moved = most * min(most / last, 1.0), moved * min(moved / last_moved, 1.0)
         if turn > 1 and max(left, left_moved) <= SETTLED:
             return turn + 1
-        if turn > 1 and (_is_slow(most, last) or _is_slow(moved, last_moved)):
+        if damped:
+            if _is_slow(most, last) or _is_slow(moved, last_moved):
+                return 0
+            _let_slips_settle(data, plan, wheels, nodal)
+        elif turn > 1 and moved > max(POOR * last_moved, SETTLED):
+            damped = True
+            _know_creep(h, data, plan, wheels, nodal)
+            _let_slips_settle(data, plan, wheels, nodal)
+        elif turn > 1 and _is_slow(most, last):
             return 0
         last, last_moved = most, moved
     return 0
