@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.study import field_at, study_of, unit_of
+from wheeltapper.ask.questions import BORDER, is_by_runs
+from wheeltapper.ask.study import Axis, needs_over, study_of, unit_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError, value_text
@@ -76,11 +77,11 @@ def border(
         raise InputError("", "over", found, "two fields, each with lowest and highest value")
     losses, resolution = as_count(losses, "losses"), as_count(resolution, "resolution", 2)
     held = core_count() if threads is None else as_count(threads, "threads")
-    ends = study_of(scenario, over, [first_loss()], zipped=True, method=method, question=run.BORDER).axes
+    ends = study_of(scenario, over, [first_loss()], zipped=True, method=method, question=BORDER).axes
     for axis in ends:
         if len(axis.values) != 2 or not axis.values[0] < axis.values[1]:
             raise InputError("", axis.path, f"{len(axis.values)} values", "lowest and highest value")
-    plane = _Plane(scenario, (ends[0].path, ends[1].path), losses, method, held)
+    plane = _Plane(scenario, ends, losses, method, held)
     x, y = (np.linspace(axis.values[0], axis.values[1], resolution + 1) for axis in ends)
     with progress_shown(progress):
         return plane.curves_dataset(plane.border_curves(x, y))
@@ -89,18 +90,16 @@ def border(
 class _Plane:
     """Two fields of a scenario, and the margin over them."""
 
-    def __init__(self, scenario: Scenario, paths: tuple[str, str], losses: int, method: str, threads: int) -> None:
-        self.scenario, self.paths = scenario, paths
+    def __init__(self, scenario: Scenario, axes: tuple[Axis, ...], losses: int, method: str, threads: int) -> None:
+        self.scenario, self.paths = scenario, (axes[0].path, axes[1].path)
         self.losses, self.method, self.threads = losses, method, threads
-        for path in paths:
-            field_at(scenario, path)
+        self.marcher = run.choose(BORDER, needs_over(scenario, axes))
 
     def margin(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the margin in m at each pair of values."""
-        marcher = run.choose(run.BORDER, self.scenario.needs)
-        if marcher.is_of_wagons:
+        if is_by_runs(self.marcher):
             return self._margin_by_records(x, y)
-        if marcher is not run.WHEEL:
+        if self.marcher is not run.WHEEL:
             return self._margin_on_rails(x, y)
         from wheeltapper.lower.many import LoweredCells
 

@@ -65,7 +65,11 @@ class Store:
         self.path, self.spec = path, spec
         self.study: Study = described_study(spec)
         usual = (
-            CHUNK_OF_RECORDS if self.study.by_records else CHUNK_ON_RAILS if self.study.marcher.is_general else CHUNK
+            CHUNK_OF_RECORDS
+            if self.study.by_records or self.study.by_differences
+            else CHUNK_ON_RAILS
+            if self.study.marcher.is_general
+            else CHUNK
         )
         self._sizes = chunk_shape(self.study.shape, int(spec.get("chunk", usual)), self.study.dear_axes)
         together = prod(self._sizes)

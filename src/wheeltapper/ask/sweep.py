@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from wheeltapper.ask.cells import compute_cells
 from wheeltapper.ask.chart import chart_dataset
+from wheeltapper.ask.questions import GRADIENT
 from wheeltapper.ask.study import CHAOS_LIMIT, Asked, Sampling, field_at, study_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list
@@ -138,16 +139,16 @@ def gradient(
     import numpy as np
 
     scenario = as_scenario(scenario)
-    run.choose(run.GRADIENT, scenario.needs)
+    run.choose(GRADIENT, scenario.needs)
     parameters = as_list(parameters, "parameters", 'paths of continuous fields, as ["vehicle.damping"]')
     for path in parameters:
         field_at(scenario, path)
     here = {path: [float(Fields(scenario)(path))] for path in parameters}
     asked = study_of(
         scenario, here, features, gradient=tuple(parameters), zipped=True, method=method, chaos_limit=chaos_limit,
-        question=run.GRADIENT,
+        question=GRADIENT,
     )  # fmt: skip
-    computed = compute_cells(asked, asked.changed_values(), core_count() if asked.by_records else 1)
+    computed = compute_cells(asked, asked.changed_values(), core_count() if asked.by_differences else 1)
     computed.check_refusals()
     warn_of(note.sentence_of(1) for note in computed.notes)
     found = chart_dataset(asked, computed).isel(cell=0)
