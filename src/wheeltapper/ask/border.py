@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.questions import BORDER, is_by_runs
-from wheeltapper.ask.study import Axis, needs_over, study_of, unit_of
+from wheeltapper.ask.study import needs_over, study_of, unit_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.needs import Need
 from wheeltapper.ground.progress import Progress, progress_shown
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
@@ -81,7 +82,7 @@ def border(
     for axis in ends:
         if len(axis.values) != 2 or not axis.values[0] < axis.values[1]:
             raise InputError("", axis.path, f"{len(axis.values)} values", "lowest and highest value")
-    plane = _Plane(scenario, ends, losses, method, held)
+    plane = _Plane(scenario, (ends[0].path, ends[1].path), losses, method, held, needs_over(scenario, ends))
     x, y = (np.linspace(axis.values[0], axis.values[1], resolution + 1) for axis in ends)
     with progress_shown(progress):
         return plane.curves_dataset(plane.border_curves(x, y))
@@ -90,10 +91,13 @@ def border(
 class _Plane:
     """Two fields of a scenario, and the margin over them."""
 
-    def __init__(self, scenario: Scenario, axes: tuple[Axis, ...], losses: int, method: str, threads: int) -> None:
-        self.scenario, self.paths = scenario, (axes[0].path, axes[1].path)
+    def __init__(
+        self, scenario: Scenario, paths: tuple[str, str], losses: int, method: str, threads: int,
+        needs: frozenset[Need] | None = None,
+    ) -> None:  # fmt: skip
+        self.scenario, self.paths = scenario, paths
         self.losses, self.method, self.threads = losses, method, threads
-        self.marcher = run.choose(BORDER, needs_over(scenario, axes))
+        self.marcher = run.choose(BORDER, scenario.needs if needs is None else needs)
 
     def margin(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the margin in m at each pair of values."""
