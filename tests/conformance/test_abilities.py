@@ -19,7 +19,7 @@ from wheeltapper.describe.scenario import Start
 from wheeltapper.diagnosis.faults.imbalance import imbalance
 from wheeltapper.diagnosis.inference.problem import slopes_of
 from wheeltapper.diagnosis.site.neighbours import coupled_motion, superposed
-from wheeltapper.ground.needs import DAMPER_PLAY, Need
+from wheeltapper.ground.needs import BILATERAL, DAMPER_PLAY, Need
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.march import run
 
@@ -446,3 +446,12 @@ def test_a_need_that_no_march_has_heard_of_is_refused_by_its_own_words():
 def test_the_page_of_abilities_is_the_one_that_the_data_make():
     module = runpy.run_path(str(DOCS / "abilities.py"))
     assert module["PAGE"].read_text(encoding="utf-8") == module["page"](), "run: python docs/abilities.py"
+
+
+def test_whatever_can_be_simulated_can_be_mapped_and_differentiated():
+    """Only a contact that pulls, which is never lost, has no border but that of a wheel's march, which finds none."""
+    for marcher in run.MARCHERS:
+        for needs in (marcher.requires | {need} for need in marcher.covers):
+            assert run.fastest_march(questions.SWEEP, needs) is not None
+            assert run.fastest_march(questions.GRADIENT, needs) is not None
+            assert run.fastest_march(questions.BORDER, needs - {BILATERAL}) is not None
