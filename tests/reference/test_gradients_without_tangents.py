@@ -8,6 +8,8 @@ import pytest
 from scipy.optimize import brentq
 
 import wheeltapper as wt
+from tests import pieces
+from tests.reference import test_kinks_of_suspensions as others
 from wheeltapper.ask.cells import TRUST_BY_DIFFERENCES, compute_cells
 from wheeltapper.ask.chart import chart_dataset
 from wheeltapper.ask.study import study_of
@@ -21,6 +23,7 @@ SCENE = wt.Scenario(
     vehicle=wt.Wheelset(**WHEEL), contact=wt.Hertz(constant=1.7e11), speed=11.0, duration=0.012, rolling="point",
     irregularity=wt.CosineBump(height=2.1e-4, length=0.06, start=0.006),
 )  # fmt: skip
+BALLASTED = wt.tracks.Ballasted.named("rolland_Nordborg", bays=40, cutoff=1500.0)
 SLAB = wt.tracks.Slab(**wt.tracks.Slab.example | {"cutoff": 1000, "bays": 160})
 FEATURES = ["largest_force", "first_loss", "time_in_air", "impulse"]
 
@@ -87,8 +90,11 @@ def test_what_is_asked_has_the_same_form_on_both_roads():
             {"vehicle": wt.vehicles.Bogie(**wt.vehicles.Bogie.example)}, ["speed", "vehicle.frame_mass"], id="a bogie",
         ),
         pytest.param(
-            {"track": SLAB, "irregularity.0.height": 6e-4, "speed": 17.0, "contact.constant": 0.9e11},
-            ["vehicle.mass", "vehicle.load", "contact.constant"], id="on rails",
+            {
+                "track": BALLASTED, "speed": 34.0, "duration": 0.03,
+                "irregularity": wt.Corrugation(amplitude=1.8e-4, wavelength=0.06, start=0.1),
+            },
+            ["speed", "vehicle.mass", "vehicle.load", "contact.constant", "irregularity.0.amplitude"], id="on rails",
         ),
     ],
 )  # fmt: skip
@@ -97,12 +103,13 @@ def test_they_are_the_exact_ones_where_both_are(changes, paths):
     _, found = by_differences(scene, FEATURES, paths)
     exact = wt.gradient(scene, FEATURES, paths, method="strict")
     assert status_of(found) == "by_differences"
+    assert int(wt.simulate(scene).impacts.sizes["impact"]) >= 1
     for name in FEATURES:
         known = np.isfinite(exact[f"{name}_gradient"].values)
         own, true = (one[f"{name}_gradient"].values[known] for one in (found, exact))
         weak = 1e-3 * np.abs(exact[name].values / exact.value.values.reshape(-1, *[1] * exact[name].ndim))
         scale = np.maximum(np.abs(true), np.broadcast_to(np.nan_to_num(weak), known.shape)[known])
-        assert (np.abs(own - true) <= 2e-7 * scale + 30.0 * found[f"{name}_gradient_error"].values[known]).all()
+        assert (np.abs(own - true) <= 2e-9 * scale + 3.0 * found[f"{name}_gradient_error"].values[known]).all()
     assert float(found.amplification) == pytest.approx(float(exact.amplification), rel=0.6)
 
 
@@ -219,6 +226,51 @@ def test_a_fall_on_a_contact_that_yields_has_the_derivatives_of_its_balance_of_e
         near = {k: crushing_force(*(n + k * step * (j == i) for j, n in enumerate(held))) for k in range(-3, 4)}
         true = sum(w * (near[k] - near[-k]) for k, w in {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}.items()) / step
         assert float(found.largest_force_gradient[i]) == pytest.approx(true, rel=3e-8)
+
+
+# -- another program --------------------------------------------------------------------------------------------------
+
+
+def times_by_another_program(kinks, changes):
+    """Return the sums of all times at which contact is lost and made, and what happens, by exact pieces."""
+    held = others.WHEEL | others.KINKS[kinks] | changes
+    fields = {name: held[name] for name in others.KINKS[kinks]}
+    waves = tuple((*wave, 0.0) for wave in others.WAVES)
+    contact = pieces.Contact(0, others.CONTACT, held["load"] + 9.81 * held["mass"], waves)
+    elements = others.elements_of(fields, np.ones(1), held["stiffness"], held["damping"])
+    found = pieces.run(np.diag([held["mass"]]), [[0.0]], [[0.0]], [contact], elements, others.SPEED, 0.05)
+    told = [(time, what) for time, family, _, what in found if family == "contact"]
+    sums = [sum(time for time, what in told if what == kind) for kind in ("loss", "impact")]
+    return np.array(sums), [(family, number, what) for _, family, number, what in found]
+
+
+@pytest.mark.parametrize(
+    ("kinks", "names"),
+    [
+        ("friction", ["friction", "friction_stiffness", "mass"]),
+        ("bumpstops", ["bumpstop_gap", "bumpstop_stiffness"]),
+        ("blow-off", ["blow_off_force"]),
+        ("all", ["friction", "bumpstop_gap", "blow_off_force"]),
+    ],
+)
+def test_they_are_central_differences_of_another_program(kinks, names):
+    scene = others.corrugated(wt.Wheelset(**others.WHEEL, **others.KINKS[kinks]))
+    features = [
+        wt.features.custom(lambda train: train.loss_time.sum(), "losses", "s"),
+        wt.features.custom(lambda train: train.impact_time.sum(), "impacts", "s"),
+    ]
+    found = wt.gradient(scene, features, [f"vehicle.{name}" for name in names])
+    assert status_of(found) == "by_differences"
+    for i, name in enumerate(names):
+        held = (others.WHEEL | others.KINKS[kinks])[name]
+        near = {k: times_by_another_program(kinks, {name: held * (1 + k * 1e-3)}) for k in (-2, -1, 0, 1, 2)}
+        assert all(near[k][1] == near[0][1] for k in near)
+        assert len(near[0][1]) >= 19
+        true = (near[-2][0] - 8 * near[-1][0] + 8 * near[1][0] - near[2][0]) / (12 * 1e-3 * held)
+        own = np.array([found[f"{one.name}_gradient"][i].item() for one in features])
+        error = np.array([found[f"{one.name}_gradient_error"][i].item() for one in features])
+        np.testing.assert_allclose(own, true, rtol=1e-6)
+        assert (np.abs(own - true) <= 4.0 * error + 2e-8 * np.abs(true)).all()
 
 
 # -- differences of another kind --------------------------------------------------------------------------------------
