@@ -86,7 +86,8 @@ def slopes_of_records(asked: Study, changed: dict[str, FloatArray], threads: int
 def _reasons(lost: NDArray[np.bool_], slope: Slope) -> list[tuple[int, str]]:
     """Return the features without a derivative, by number, with the reason."""
     rows = [row for row in range(len(lost)) if lost[row].any()]
-    return [(row, CORNER if slope.at_corner[row][lost[row]].any() else OTHER_ORDER) for row in rows]
+    other = f"it cannot be changed: {slope.refusal}" if slope.refusal else OTHER_ORDER
+    return [(row, CORNER if slope.at_corner[row][lost[row]].any() else other) for row in rows]
 
 
 def _missing_notes(asked: Study, features: tuple[Feature, ...], missing: list[tuple[int, int, str, int]]) -> list[Note]:
