@@ -63,8 +63,8 @@ def error(one: multibody.MultibodyMarch, best: multibody.MultibodyMarch) -> floa
     return float(np.median(np.abs(a - b)))
 
 
-def on_rails(whole: float, smallest: bool) -> None:
-    """Print how fast the coach is on two rails that give way; `whole`: seconds per second of the row it is held against."""
+def on_rails(row: float, smallest: bool) -> None:
+    """Print how fast the coach is on two rails that give way; `row`: s per s of the row it is held against."""
     for rolls in (False, True):
         track = wt.tracks.Ballasted(**wt.tracks.Ballasted.example | (ROLLING if rolls else {}))
         one = scene(
@@ -82,7 +82,7 @@ def on_rails(whole: float, smallest: bool) -> None:
         modes = " + ".join(str(len(held)) for held in below.modes)
         print(
             f"on rails, sleepers {'roll' if rolls else 'do not roll'}, {modes} modes, {losses} losses: "
-            f"{found.end / wall:.2f} s per s, {found.end / wall / whole:.3f} of the first row"
+            f"{found.end / wall:.2f} s per s, {found.end / wall / row:.3f} of the first row"
         )
 
 

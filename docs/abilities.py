@@ -6,8 +6,9 @@ Run by the documentation's build; `python docs/abilities.py` writes the page int
 from itertools import combinations
 from pathlib import Path
 
+from wheeltapper.ask.questions import QUESTIONS
 from wheeltapper.ground.needs import VOCABULARY, Need
-from wheeltapper.march.run import MARCHERS, QUESTIONS, Question
+from wheeltapper.march.run import MARCHERS, Question
 
 PAGE = Path(__file__).parent / "guide" / "abilities.rst"
 HEAD = """What can be asked of what

@@ -74,3 +74,14 @@ def test_where_the_same_never_happens_on_both_sides_there_is_no_derivative():
 def test_steps_become_small_enough_that_the_same_happens():
     found = slope_at(lambda x: None if abs(x - 1.0) > 1e-5 else np.array([np.exp(x)]), np.array([np.e]), 1.0)
     assert found.value[0] == pytest.approx(np.e, rel=1e-7)
+
+
+def test_a_number_that_cannot_be_changed_says_why():
+    def stubborn(x):
+        raise InputError("", "speed", f"{x:g} m/s", "0 m/s")
+
+    for at in (0.0, 3.0):
+        found = slope_at(stubborn, np.array([1.0]), at)
+        assert np.isnan(found.value).all()
+        assert found.refusal.endswith("allowed: 0 m/s")
+    assert slope_at(lambda x: None, np.array([1.0]), 3.0).refusal == ""

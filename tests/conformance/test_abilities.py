@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.ask import questions
 from wheeltapper.ask.motion import motion_at
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.placement import Placement
@@ -18,7 +19,7 @@ from wheeltapper.describe.scenario import Start
 from wheeltapper.diagnosis.faults.imbalance import imbalance
 from wheeltapper.diagnosis.inference.problem import slopes_of
 from wheeltapper.diagnosis.site.neighbours import coupled_motion, superposed
-from wheeltapper.ground.needs import DAMPER_PLAY, Need
+from wheeltapper.ground.needs import BILATERAL, DAMPER_PLAY, Need
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.march import run
 
@@ -57,7 +58,7 @@ KINDS = {
         "hysteresis": wt.Hertz(constant_per_wheel=HALF, hysteresis=0.1),
         "linear": wt.Linear(stiffness=1.2e9),
         "bilateral": wt.Linear(stiffness=1.2e9, bilateral=True),
-        "Thornton": wt.contact.Thornton(constant_per_wheel=HALF),
+        "Thornton": wt.contact.Thornton(constant_per_wheel=HALF, yield_force=1.3e5),
         "own": wt.contact.Law(own_force),
     },
     "track": {
@@ -134,7 +135,7 @@ def can_be_made(kinds):
 
 
 def is_answered(cell):
-    return can_be_made(cell[2:]) and is_taken(run.QUESTIONS[cell.question], needs(cell[2:]))
+    return can_be_made(cell[2:]) and is_taken(questions.QUESTIONS[cell.question], needs(cell[2:]))
 
 
 @cache
@@ -358,7 +359,7 @@ def check_refused(cell):
     before = (
         [run.SIMULATE, run.DIAGNOSE] if cell.question == "information" else [run.SIMULATE]
     )  # as what is asked is made
-    rooms = [*before, run.QUESTIONS[cell.question]]
+    rooms = [*before, questions.QUESTIONS[cell.question]]
     expected = next(
         run.refusal(room, needs(cell[2:])) for room in rooms if run.fastest_march(room, needs(cell[2:])) is None
     )
@@ -374,7 +375,7 @@ def check_refused(cell):
 
 
 def test_every_question_is_asked():
-    assert [*QUESTIONS] == [*run.QUESTIONS]
+    assert [*QUESTIONS] == [*questions.QUESTIONS]
 
 
 def test_what_is_covered_is_answered():
@@ -424,7 +425,7 @@ def test_whatever_is_needed_is_answered_or_refused(names, vehicles):
 
 
 def test_whatever_is_covered_can_be_simulated():
-    for question in run.QUESTIONS.values():
+    for question in questions.QUESTIONS.values():
         for marcher in question.marchers:
             for need in question.covered_by(marcher):
                 together = marcher.requires | question.requires | {need}
@@ -434,7 +435,7 @@ def test_whatever_is_covered_can_be_simulated():
 
 def test_a_need_that_no_march_has_heard_of_is_refused_by_its_own_words():
     new = Need("rubber", "contact", "a contact of rubber", "a contact of steel")
-    for question in run.QUESTIONS.values():
+    for question in questions.QUESTIONS.values():
         asked_for = question.requires | question.marchers[0].requires | {new}
         with pytest.raises(
             wt.InputError, match=r"contact: found a contact of rubber, which .* allowed: a contact of steel"
@@ -445,3 +446,12 @@ def test_a_need_that_no_march_has_heard_of_is_refused_by_its_own_words():
 def test_the_page_of_abilities_is_the_one_that_the_data_make():
     module = runpy.run_path(str(DOCS / "abilities.py"))
     assert module["PAGE"].read_text(encoding="utf-8") == module["page"](), "run: python docs/abilities.py"
+
+
+def test_whatever_can_be_simulated_can_be_mapped_and_differentiated():
+    """Only a contact that pulls, which is never lost, has no border but that of a wheel's march, which finds none."""
+    for marcher in run.MARCHERS:
+        for needs in (marcher.requires | {need} for need in marcher.covers):
+            assert run.fastest_march(questions.SWEEP, needs) is not None
+            assert run.fastest_march(questions.GRADIENT, needs) is not None
+            assert run.fastest_march(questions.BORDER, needs - {BILATERAL}) is not None

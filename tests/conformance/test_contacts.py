@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.ask.questions import GRADIENT
 from wheeltapper.describe.contact.base import Contact
 from wheeltapper.ground.needs import OWN_LAW
 from wheeltapper.lower.build import table_of
@@ -108,10 +109,10 @@ def numbers_of(law):
 
 
 @pytest.mark.parametrize(
-    "name", sorted(name for name, law in LAWS.items() if takes(run.GRADIENT, law) and OWN_LAW not in law.needs)
+    "name", sorted(name for name, law in LAWS.items() if takes(GRADIENT, law) and OWN_LAW not in law.needs)
 )
 def test_gradients_by_the_laws_own_numbers_are_differences(name):
-    """The elastic-plastic laws and a law of one's own have none, and say so (tests/faults)."""
+    """Those of elastic-plastic laws are differences themselves, of other steps; own laws have tables instead."""
     law, features = LAWS[name], [wt.features.largest_force()]
     fields = [f"contact.{field}" for field in numbers_of(law) if field in law.model_fields_set]
     assert fields

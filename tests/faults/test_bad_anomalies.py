@@ -45,13 +45,6 @@ def run(track, **more):
             lambda: wt.tracks.receptance(ballasted(wt.tracks.HangingSleeper(seat=3, void=1e-3)), 100.0, 0.0),
             ["over a void, which is not linear"],
         ),
-        (
-            lambda: wt.gradient(
-                wt.Scenario(vehicle=wt.Wheelset(mass=1200, load=188e3), speed=20.0, duration=0.1, track=ballasted(PAD)),
-                [wt.features.largest_force()], ["vehicle.mass"],
-            ),
-            ["track.anomalies", "anomalies of the track together with a Wheelset, which `gradient` does not take"],
-        ),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_said_in_one_line(make, words):

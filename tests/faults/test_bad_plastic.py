@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.faces.cli import main
 
 GOOD = """
@@ -106,9 +107,8 @@ def test_wear_that_runs_away_ends_with_what_is_computed(file, capsys):
 def test_what_has_no_plastic_contacts_says_so(file):
     scene = wt.load(file)
     for ask in (
-        lambda: wt.sweep(scene, {"speed": [9.0]}, [wt.features.largest_force()]),
-        lambda: wt.gradient(scene, [wt.features.largest_force()], ["speed"]),
-        lambda: wt.border(scene, {"speed": [8.0, 9.0], "vehicle.mass": [1400, 1500]}),
+        lambda: trajectory(scene, ("vehicle.mass",), np.array([0.001])),
+        lambda: wt.orbits.returns(scene, {"vehicle.mass": [1400, 1500]}, 1, 1),
     ):
         with pytest.raises(
             wt.InputError, match=r"contact: found an elastic-plastic contact, which `\w+` does not take"

@@ -7,6 +7,7 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.describe.placement import Placement, check_places
+from wheeltapper.describe.schema import json_schema
 from wheeltapper.lower.track import reach
 from wheeltapper.march import run
 
@@ -61,6 +62,57 @@ def test_a_track_that_cannot_be_is_refused_in_one_line(changes, message):
 def test_an_unknown_name_of_a_track_is_answered_with_the_known_ones(name):
     with pytest.raises(wt.InputError, match=f"name: found {name!r}; allowed: {NAMES}$"):
         wt.tracks.Ballasted.named(name)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"name": "Zhai2005"}, rf"track\.name: found 'Zhai2005'; allowed: {NAMES} \(did you mean 'Zhai2004'\?\)$"),
+        ({"name": 7}, f"track.name: found 7; allowed: {NAMES}$"),
+        ({"name": "Zhai2004", "spacing": 0}, "track.spacing: found 0; allowed: greater than 0"),
+        ({"name": "Zhai2004", "sleper_mass": 100}, "track.sleper_mass: found the unknown name 'sleper_mass'"),
+        ({"name": "Zhai2004", "rail": {"name": "UIC54"}}, "track.rail.name: found 'UIC54'; allowed: UIC60, 60E1"),
+        ({"type": "Slab", "name": "Zhai2004"}, "track.name: found the unknown name 'name'; allowed: rail, spacing"),
+    ],
+)
+def test_a_file_that_names_no_track_is_answered_in_one_line(table, message):
+    with pytest.raises(wt.InputError, match=f"^{message}"):
+        on_rails(**table)
+
+
+def on_rails(**table):
+    track = {"type": "Ballasted"} | table
+    return wt.Scenario.of({"vehicle": {"type": "Wheelset", "mass": 1500}, "track": track, "speed": 9, "duration": 0.1})
+
+
+def test_a_file_takes_a_published_track_by_its_name_and_overrules_it(tmp_path):
+    scene = on_rails(name="Zhai2004", pad_stiffness="40 kN/mm", cutoff=900.0)
+    plain = wt.tracks.Ballasted.named("Zhai2004")
+    assert on_rails(name="Zhai2004").track == plain
+    assert scene.track == wt.tracks.Ballasted.named("Zhai2004", pad_stiffness=40e6, cutoff=900.0)
+    assert (scene.track.pad_stiffness, scene.track.cutoff, scene.track.rail) == (40e6, 900.0, plain.rail)
+    assert scene.track.source == f"{plain.source}; pad stiffness given instead"
+    scene.to_toml(tmp_path / "scene.toml")
+    assert wt.load(tmp_path / "scene.toml") == scene
+    rail = on_rails(name="Zhai2004", rail={"name": "60E1", "damping": 1e-6}).track.rail
+    assert (rail.damping, rail.bending_stiffness) == (1e-6, wt.tracks.Rail.named("UIC60").bending_stiffness)
+
+
+def test_a_published_track_may_replace_another_one_and_its_fields_go_on_from_there():
+    changed = on_rails(name="Zhai2004").replaced(
+        {"track": {"type": "Ballasted", "name": "railFE_default"}, "track.pad_damping": 2e4}
+    )
+    assert changed.track == wt.tracks.Ballasted.named("railFE_default", pad_damping=2e4)
+    with pytest.raises(wt.InputError, match="no such field 'name'"):
+        changed.replaced({"track.name": "Zhai2004"})
+
+
+def test_the_schema_takes_a_name_instead_of_what_is_required():
+    table = json_schema()["$defs"]["Ballasted"]
+    assert table["properties"]["name"]["enum"] == NAMES.split(", ")
+    assert table["required"] == ["type"]
+    assert {"required": ["name"]} in table["anyOf"]
+    assert any("pad_stiffness" in one["required"] for one in table["anyOf"])
 
 
 def test_a_rail_of_unknown_name_is_answered_with_the_known_ones():

@@ -178,10 +178,10 @@ def test_elastic_constants_beside_a_given_constant_shape_creep_on_a_wagon_only()
 def test_an_irregularity_under_a_wheel_at_the_start_is_blamed_and_not_the_vehicle():
     fields = {"vehicle": wt.Wagon.erri_b176(), "contact": wt.Hertz(), "speed": 20.0, "duration": 0.02}
     for place, position, where in (("left", -0.1, "1 left, at x = 0 m"), ("wheelset 3 right", -19.1, "3 right")):
-        step = wt.Step(height=0.01, position=position)
+        step = wt.Step(height=0.05, position=position)
         scene = wt.Scenario(**fields, creep=wt.creep.Polach(friction=0.35), irregularity={place: step})
         with pytest.raises(wt.InputError) as caught:
             wt.simulate(scene)
         assert caught.value.field == "irregularity"
-        assert f"10 mm under wheelset {where}" in caught.value.found
+        assert f"50 mm under wheelset {where}" in caught.value.found
         assert "ahead of the wheels" in caught.value.allowed

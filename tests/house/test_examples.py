@@ -26,6 +26,7 @@ SCENARIOS = {
     "dipped_joint.toml": (0, 2.003),
     "drop_test.toml": (3, 4.662),
     "flat_on_ballast.toml": (0, 2.170),
+    "flat_on_named_track.toml": (0, 2.036),
     "hanging_sleeper.toml": (0, 1.032),
     "joint.toml": (0, 2.055),
     "measured_flat.toml": (9, 21.920),

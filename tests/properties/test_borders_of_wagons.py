@@ -15,7 +15,12 @@ FLAT = DIP.replaced({
 })  # fmt: skip
 DECK = DIP.replaced({"track": wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)})
 TWICE = DIP.replaced({"duration": 0.02})
-HEIGHT, LENGTH = "irregularity.0.height", "irregularity.wheelset 2 left.0.length"
+LOSSY = {"contact": wt.Hertz(restitution=0.5, impact_speed=0.2)}
+WAVES = DIP.replaced({
+    "irregularity": wt.Corrugation(amplitude=3e-5, wavelength=0.03, start=0.009), "rolling": "point",
+    "contact": wt.Hertz(restitution=0.1, impact_speed=0.05),
+})  # fmt: skip
+HEIGHT, AMPLITUDE, LENGTH = "irregularity.0.height", "irregularity.0.amplitude", "irregularity.wheelset 2 left.0.length"
 
 
 def losses_of(scene, method):
@@ -40,6 +45,20 @@ def bisected(scene, path, least, most, many, method):
         pytest.param(TWICE, {HEIGHT: [-4e-5, -3e-5], "speed": [19.0, 21.0]}, 2, "default", id="the second loss"),
         pytest.param(DECK, {HEIGHT: [-4e-5, -3e-5], "speed": [19.0, 21.0]}, 1, "strict", id="on a deck"),
         pytest.param(FLAT, {LENGTH: [0.015, 0.03], "speed": [18.0, 22.0]}, 1, "default", id="a flat on rails"),
+        pytest.param(
+            DIP.replaced(LOSSY), {HEIGHT: [-9e-5, -4e-5], "speed": [19.0, 21.0]}, 1, "default", id="a damped dip"
+        ),
+        pytest.param(
+            TWICE.replaced(LOSSY), {HEIGHT: [-13e-5, -5e-5], "speed": [19.0, 21.0]}, 2, "default", id="damped, twice"
+        ),
+        pytest.param(WAVES, {AMPLITUDE: [0.2e-5, 2e-5], "speed": [19.0, 21.0]}, 1, "strict", id="damped waves"),
+        pytest.param(
+            FLAT.replaced(LOSSY),
+            {LENGTH: [0.012, 0.02], "speed": [18.0, 22.0]},
+            1,
+            "default",
+            id="damped, on rails",
+        ),
     ],
 )
 def test_runs_on_both_sides_of_a_border_differ_and_bisection_finds_it(scene, over, many, method):
@@ -53,3 +72,24 @@ def test_runs_on_both_sides_of_a_border_differ_and_bisection_finds_it(scene, ove
     found = bisected(scene, path, 0.9999 * onset, 1.0001 * onset, many, method)
     assert found == pytest.approx(onset, rel=1e-7)
     assert np.abs(curve.margin.values).max() < 1e-12  # m
+
+
+def test_with_material_damping_the_force_ends_before_the_indentation():
+    record = wt.simulate(WAVES.replaced({AMPLITUDE: 4e-6}), "strict")
+    lost = record.events.isel(event=[int(np.flatnonzero(record.events.kind.values == "loss")[0])])
+    at = record.at(lost.time.values[0]).indentation.sel(wheelset=lost.wheelset.item(), side=lost.side.item())
+    assert at.item() > 1e-6
+    free = WAVES.replaced({"contact": wt.Hertz(), AMPLITUDE: 4e-6})
+    assert losses_of(free, "strict") == 0
+
+
+def test_a_dropped_wagon_has_lost_nothing_before_its_first_impact():
+    """A flight that it begins with is no loss: what bounds the first loss is the contact after it."""
+    scene = DIP.replaced(
+        LOSSY | {"start": {"displacement": 1e-4, "velocity": 0.0}, "irregularity": (), "duration": 0.02}
+    )
+    path = "start.displacement"
+    found = wt.border(scene, {path: [5e-5, 8e-4], "speed": [19.0, 21.0]}, resolution=2)
+    onset = float(found[path][np.abs(found.speed.values - 20.0).argmin()])
+    for ratio, losses in ((0.9999, 0), (1.0001, 1)):
+        assert losses_of(scene.replaced({path: ratio * onset}), "default") == losses

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import wheeltapper as wt
-from wheeltapper.ask.cells import TRUST_BY_RECORDS
+from wheeltapper.ask.cells import TRUST_BY_DIFFERENCES
 from wheeltapper.faces.cli import main
 
 BUMP = wt.CosineBump(height=2e-4, length=0.05, start=0.02)
@@ -19,7 +19,7 @@ HEIGHT, MASS = "irregularity.0.height", "vehicle.axles.0.mass"
 
 
 def status_of(found):
-    return TRUST_BY_RECORDS[int(found.gradient_status)]
+    return TRUST_BY_DIFFERENCES[int(found.gradient_status)]
 
 
 def test_what_begins_later_happens_later_and_is_the_same():

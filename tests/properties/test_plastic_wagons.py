@@ -8,6 +8,8 @@ import wheeltapper as wt
 from tests.reference.test_plastic_on_rails import HEAVY, STRUCK, WAVY, in_a_row
 from tests.reference.test_plastic_wagons import row_of_wheelsets
 from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, half_coach
+from wheeltapper.ask.passes import Scatter, drawn_pass
+from wheeltapper.ask.passes_of_wagons import loaded, moved
 from wheeltapper.lower.wagon_marks import path_of
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import multibody
@@ -142,13 +144,15 @@ def test_passes_of_a_wheelset_without_roll_are_those_of_a_wheelset(track, tmp_pa
         plane = WAVY.replaced({"track": TRACK, "irregularity.0.amplitude": -2e-4})
     contact = wt.contact.Thornton(constant_per_wheel=1.405e11 / 2, yield_force=1.2e5)
     wagon = plane.replaced({"vehicle": row_of_wheelsets(1, 0.0), "contact": contact, "profiles": LEVEL})
-    options = {"hardening": 0.3, "scatter": {"speed": 0.02}, "seed": 3, "every": 1, "method": "strict"}
+    scatter = {"speed": 0.02, "load": 0.06, "start": 0.2}
+    options = {"hardening": 0.3, "scatter": scatter, "seed": 3, "every": 1, "method": "strict"}
     expected = wt.wear_in(plane, 3, progress=False, **options)
     found = wt.wear_in(wagon, 3, progress=False, store=tmp_path / "worn.nc", **options)
     assert expected.permanent_indentation.max() > 3e-6
     for side in ("left", "right"):
         np.testing.assert_allclose(found.height.sel(side=side), expected.height, rtol=0, atol=1e-11)
-    for name in ("speed", "largest_force", "plastic_work"):
+    assert float(expected.start.max()) > 0.1  # within the waves
+    for name in ("speed", "applied_load", "start", "largest_force", "plastic_work"):
         np.testing.assert_allclose(found[name], expected[name], rtol=1e-5)
     xr.testing.assert_identical(wt.load(tmp_path / "worn.nc").height, found.height)
     more = wt.wear_in(wagon, 4, progress=False, store=tmp_path / "worn.nc", **options)
@@ -193,8 +197,7 @@ def test_wagons_pass_in_turn():
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"scatter": {"load": 0.1}}, "scatter.load: found 0.1 with a Wagon"),
-        ({"scatter": {"start": 0.1}}, "scatter.start: found 0.1 with a Wagon"),
+        ({"scatter": {"start": 3.0}}, "scatter.start: found 3 m; allowed: less than the run of 1 m"),
         ({"scatter": {"vehicles": [wt.Wheelset(**HEAVY)]}}, "scatter.vehicles.0"),
     ],
 )
@@ -202,6 +205,44 @@ def test_what_cannot_pass_is_refused(options, told):
     scene = wt.Scenario(vehicle=row_of_wheelsets(1, 0.0), duration=0.1, profiles=LEVEL, **STRUCK | OF_WHEEL)
     with pytest.raises(wt.InputError, match=told):
         wt.wear_in(scene, 1, progress=False, **options)
+
+
+def test_a_wagon_on_which_nothing_presses_has_no_load_that_could_scatter():
+    bare = row_of_wheelsets(1, 0.0)
+    bare = bare.model_copy(update={"axles": tuple(axle.model_copy(update={"load": 0.0}) for axle in bare.axles)})
+    scene = wt.Scenario(vehicle=bare, duration=0.1, profiles=LEVEL, **STRUCK | OF_WHEEL)
+    with pytest.raises(wt.InputError, match=r"scatter\.load: found 0\.1 with a Wagon that has neither"):
+        wt.wear_in(scene, 1, progress=False, scatter={"load": 0.1})
+
+
+def test_what_a_coach_carries_is_its_car_body_and_where_it_starts_is_where_all_of_it_stands():
+    coach = COACH.vehicle
+    heavy = loaded(coach, 1.25)
+    assert [body.mass for body in heavy.bodies] == [1.25 * 32000.0, 2615.0, 2615.0]
+    assert heavy.bodies[0].box == pytest.approx(coach.bodies[0].box)  # as dense everywhere as before
+    light, laden = (wt.simulate(COACH.replaced({"vehicle": one, "duration": 0.001})) for one in (coach, heavy))
+    more = float((laden.static_forces - light.static_forces).sum())
+    assert more == pytest.approx(0.25 * 32000.0 * 9.81, rel=1e-9)
+    ahead = wt.simulate(COACH.replaced({"vehicle": moved(coach, 0.037), "duration": 0.1}), "strict")
+    nearer = wt.simulate(COACH.replaced({"irregularity.right.0.start": 0.063, "duration": 0.1}), "strict")
+    np.testing.assert_allclose(ahead.events.time, nearer.events.time, rtol=0, atol=1e-10)
+    assert ahead.events.sizes["event"] > 20
+    held = {"scatter": {"load": 0.3, "start": 0.2}, "seed": 5, "progress": False}
+    found = wt.wear_in(COACH.replaced({"duration": 0.02}), 3, **held)
+    share = found.applied_load.values - light.static_forces.values[0].sum() + coach.axles[0].mass * 9.81
+    drawn = [drawn_pass(Scatter(load=0.3, start=0.2, seed=5), number)[1] for number in range(3)]
+    np.testing.assert_allclose(share, (np.array(drawn) - 1.0) * 32000.0 * 9.81 / 4.0, rtol=1e-6)
+
+
+def test_two_bodies_without_bogies_are_both_carried():
+    held = ("x", "y", "roll", "pitch", "yaw")
+    body = wt.vehicles.Body(name="box", mass=8e3, inertia=(1e3, 1e3, 1e3), position=(0, 0, 1), held=held)
+    spring = wt.vehicles.Spring(
+        name="spring", between=("box", "wheelset 1"), at=(0, 0, 0.8), stiffness=(0.0, 0.0, 1e6)
+    )  # fmt: skip
+    wagon = wt.Wagon(bodies=(body,), axles=row_of_wheelsets(1, 0.0).axles, elements=(spring,))
+    assert loaded(wagon, 0.5).bodies[0].mass == 4e3
+    assert loaded(wagon, 0.5).axles[0].load == 0.5 * wagon.axles[0].load
 
 
 def test_a_wagon_does_not_pass_where_the_scenario_has_none():

@@ -208,3 +208,38 @@ def test_a_smaller_wheelset_rolls_faster_but_does_not_slip():
     np.testing.assert_allclose(found, expected, atol=2e-5)
     ratio = history.spin_creepage.sel(wheelset=2) / plain.spin_creepage.sel(wheelset=2)
     np.testing.assert_allclose(ratio, 0.46 / 0.43, rtol=1e-3)
+
+
+@pytest.mark.parametrize("track", [wt.StiffTrack(), wt.tracks.Slab(**wt.tracks.Slab.example, cutoff=1000, bays=160)])
+@pytest.mark.parametrize("start", [-0.12, -0.1, -0.075])
+@pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
+def test_wheels_that_nothing_holds_stand_in_a_dip_deeper_than_their_indentation(track, start):
+    """They begin in the static state of a wheelset there; above the dip there is no spring that would tell of it."""
+    scene = wt.Scenario(
+        vehicle=wt.Wheelset(mass=1500, load=91_307), track=track, speed=20.0, duration=0.002, rolling="point",
+        contact=wt.Hertz(constant_per_wheel=7e10, curvature=False),
+        irregularity=wt.Corrugation(amplitude=-2e-4, wavelength=0.1, start=start),
+    )  # fmt: skip
+    axle = wt.vehicles.Axle(
+        mass=1500, inertia=(800.0, 90.0, 800.0), position=0.0, load=91_307, held=("x", "y", "roll", "pitch", "yaw")
+    )  # fmt: skip
+    wagon = scene.replaced({"vehicle": wt.Wagon(bodies=(), axles=(axle,)), "profiles": wt.profiles.Cones()})
+    times = np.linspace(0.0, 0.002, 9)
+    plane, own = (wt.simulate(one, "strict").at(times).normal_force.values for one in (scene, wagon))
+    assert plane[0] == pytest.approx(91_307 + 1500 * 9.81)
+    np.testing.assert_allclose(own[:, 0, 0], 0.5 * plane.ravel(), rtol=0, atol=0.1)
+
+
+def test_a_coach_stands_with_one_wheel_on_a_step():
+    """Newton's method from level rails lifted the other wheel, and found no state."""
+    step = wt.Step(height="10 mm", position=-0.1)
+    scene = wt.Scenario(
+        vehicle=wt.Wagon.erri_b176(), contact=wt.Hertz(), creep=wt.creep.Polach(friction=0.35), speed=20.0,
+        duration=0.001, irregularity={"left": step},
+    )  # fmt: skip
+    record = wt.simulate(scene, "strict")
+    found = record.at([0.0])
+    assert np.abs(found.acceleration.values).max() < 1e-9
+    assert found.normal_force.values[0].sum() == pytest.approx(float(record.static_forces.sum()), rel=1e-4)
+    left, right = found.normal_force.values[0, 0]
+    assert left > 1.2 * right

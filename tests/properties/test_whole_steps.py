@@ -1,4 +1,4 @@
-"""Macro steps below a wagon that are solved at once, against the march that resolves each of them, on the same modes."""
+"""Macro steps below a wagon that are solved at once, against the march that resolves them, on the same modes."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,8 @@ CASES = {
     "a flat": {"irregularity": wt.WheelFlat(length="47 mm", position=0.6, repeat=False), "duration": 0.06},
     "waves on the left": {"irregularity": {"left": RIPPLES}, "speed": 31.0, "track": ROLLING},
     "a joint": {
-        "irregularity": wt.irregularities.DippedJoint(angle=0.009, length=0.7, position=0.9), "speed": 44.0,
+        "irregularity": wt.irregularities.DippedJoint(angle=0.009, length=0.7, position=0.9),
+        "speed": 44.0,
         "rolling": "point",
     },
     "flanges": {"irregularity": {"right": RIPPLES}, "profiles": wt.profiles.WheelRail(gauge=1.4221)},

@@ -252,13 +252,11 @@ def test_forces_and_slips_are_those_of_the_laws():
     np.testing.assert_allclose(force["primary damper 1"], law, rtol=0, atol=0.05)
 
 
-def test_maps_and_borders_take_kinks_and_gradients_refuse_them():
+def test_maps_and_borders_take_kinks_and_orbits_refuse_them():
     scene = over_bump(wt.Wheelset(**WHEEL, **KINKS["friction"]), track=wt.StiffTrack(), duration=0.02)
     forces = [0.0, 2e3, 4e3]
     chart = wt.sweep(scene, {"vehicle.friction": forces}, ["largest_force"])
     alone = [float(wt.simulate(scene.replaced({"vehicle.friction": one})).peaks.normal_force.max()) for one in forces]
     np.testing.assert_allclose(chart.largest_force.values, alone, rtol=1e-12)
-    with pytest.raises(wt.InputError, match=r"dry friction in a suspension, which `gradient` does not take"):
-        wt.gradient(scene, ["largest_force"], ["vehicle.friction"])
     with pytest.raises(wt.InputError, match=r"dry friction in a suspension, which `orbits` does not take"):
         wt.orbits.find(scene.replaced({"irregularity": wt.Corrugation(amplitude=1e-5, wavelength=0.05, start=0.0)}))

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.study import field_at, study_of, unit_of
+from wheeltapper.ask.questions import BORDER, is_by_runs
+from wheeltapper.ask.study import needs_over, study_of, unit_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.needs import Need
 from wheeltapper.ground.progress import Progress, progress_shown
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
@@ -42,8 +44,9 @@ def border(
     The margin is exact. It is the smallest indentation if contact is kept, and minus the largest clearance if contact
     is lost. With material damping the force may end while indented. The factor 1 + χ·rate, times a length, therefore
     counts as well. The roots of the margin are found on the lines of a grid, to 1e-9 of a segment of the line. The grid
-    only decides which curves are found. Of several wheels that counts which is next to its loss. Each margin of a wagon
-    is one of a run by `method`, of all treads: a grid of 40 by 40 segments takes some 2000 runs.
+    only decides which curves are found. Of several wheels that counts which is next to its loss. Each margin of a
+    wagon, of a contact that yields or of a damper with an end is read from a run by `method`: a grid of 40 by 40
+    segments takes some 2000 runs.
 
     Parameters
     ----------
@@ -76,11 +79,11 @@ def border(
         raise InputError("", "over", found, "two fields, each with lowest and highest value")
     losses, resolution = as_count(losses, "losses"), as_count(resolution, "resolution", 2)
     held = core_count() if threads is None else as_count(threads, "threads")
-    ends = study_of(scenario, over, [first_loss()], zipped=True, method=method, question=run.BORDER).axes
+    ends = study_of(scenario, over, [first_loss()], zipped=True, method=method, question=BORDER).axes
     for axis in ends:
         if len(axis.values) != 2 or not axis.values[0] < axis.values[1]:
             raise InputError("", axis.path, f"{len(axis.values)} values", "lowest and highest value")
-    plane = _Plane(scenario, (ends[0].path, ends[1].path), losses, method, held)
+    plane = _Plane(scenario, (ends[0].path, ends[1].path), losses, method, held, needs_over(scenario, ends))
     x, y = (np.linspace(axis.values[0], axis.values[1], resolution + 1) for axis in ends)
     with progress_shown(progress):
         return plane.curves_dataset(plane.border_curves(x, y))
@@ -89,18 +92,19 @@ def border(
 class _Plane:
     """Two fields of a scenario, and the margin over them."""
 
-    def __init__(self, scenario: Scenario, paths: tuple[str, str], losses: int, method: str, threads: int) -> None:
+    def __init__(
+        self, scenario: Scenario, paths: tuple[str, str], losses: int, method: str, threads: int,
+        needs: frozenset[Need] | None = None,
+    ) -> None:  # fmt: skip
         self.scenario, self.paths = scenario, paths
         self.losses, self.method, self.threads = losses, method, threads
-        for path in paths:
-            field_at(scenario, path)
+        self.marcher = run.choose(BORDER, scenario.needs if needs is None else needs)
 
     def margin(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the margin in m at each pair of values."""
-        marcher = run.choose(run.BORDER, self.scenario.needs)
-        if marcher.is_of_wagons:
+        if is_by_runs(self.marcher):
             return self._margin_by_records(x, y)
-        if marcher is not run.WHEEL:
+        if self.marcher is not run.WHEEL:
             return self._margin_on_rails(x, y)
         from wheeltapper.lower.many import LoweredCells
 

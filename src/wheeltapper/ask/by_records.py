@@ -1,4 +1,4 @@
-"""Computing the cells of a study of wagons: each is a run of its own, and what is asked of it is read of its record."""
+"""Computing cells that share nothing: each is a run of its own, and what is asked of it is read of its record."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.cells import REFUSED, STATUS_OF_MARCH, ComputedCells
-from wheeltapper.ask.margin_of_wheels import margin_of
+from wheeltapper.ask.margin_of_wheels import margin_of, readings_of_wagon, readings_of_wheel
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.ground.progress import progress_counter
-from wheeltapper.march import assembly as asm
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record.kinds import kind_of
@@ -71,17 +70,21 @@ def margins_by_records(
 ) -> FloatArray:
     """Return how far each cell is from the `losses`-th loss of any of its wheels, m; NaN where a march broke off."""
     cells = len(next(iter(changed.values())))
-    out, kind = np.full(cells, np.nan), kind_of(scenario)
+    out = np.full(cells, np.nan)
 
     def march_cell(cell: int) -> None:
-        lowered = kind.lower(scenario.replaced({path: float(values[cell]) for path, values in changed.items()}), method)
+        one = scenario.replaced({path: float(values[cell]) for path, values in changed.items()})
+        lowered = kind_of(one).lower(one, method)
         march = run.march(lowered.program)
-        margin = margin_of(lowered.assembly, march, losses)
-        none = ROUNDING * float(lowered.assembly.numbers[asm.STATIC_INDENTATION])
-        if march.status == contract.DONE or (march.status == contract.STALLED and abs(margin) < none):
+        of_wagon = run.choose(run.SIMULATE, one.needs).is_of_wagons
+        readings = (readings_of_wagon if of_wagon else readings_of_wheel)(lowered, march)
+        margin = margin_of(readings, losses)
+        if march.status == contract.DONE or (
+            march.status == contract.STALLED and abs(margin) < ROUNDING * readings.static
+        ):
             out[cell] = margin
 
-    if cells and not run.is_ready(kind.lower(scenario, method).program):
-        say_that_it_compiles(run.choose(run.BORDER, scenario.needs).name)
+    if cells and not run.is_ready(kind_of(scenario).lower(scenario, method).program):
+        say_that_it_compiles(run.choose(run.SIMULATE, scenario.needs).name)
     side_by_side(march_cell, range(cells), threads, lambda: None)
     return out

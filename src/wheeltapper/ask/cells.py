@@ -56,7 +56,7 @@ STATUS_OF_MARCH[[assembly.DERAILED, balanced.UNBALANCED, contract.FULL]] = DERAI
 # How far a gradient can be trusted.
 EXACT, GRAZING, NEAR_CHAOTIC, NOT_DIFFERENTIABLE = range(4)
 TRUST = ("exact", "grazing", "near_chaotic")
-TRUST_BY_RECORDS = ("by_differences", "grazing", "near_chaotic", "not_differentiable")
+TRUST_BY_DIFFERENCES = ("by_differences", "grazing", "near_chaotic", "not_differentiable")
 """The same for cells whose derivatives are differences of runs; the first has its error beside."""
 
 
@@ -134,7 +134,7 @@ class ComputedCells:
         return ComputedCells(
             np.full((features, *asked.wheel_shape, 1), np.nan), np.array([REFUSED]), unknown, np.array([EXACT]),
             np.full(1, np.nan), tuple(Shared(Note(f"cannot be computed: {error}", "refused"), 1) for error in why), why,
-            unknown if asked.by_records else None,
+            unknown if asked.by_differences else None,
         )  # fmt: skip
 
 
@@ -142,7 +142,7 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
     """Compute some cells of a study: those in which the varied fields have the given values."""
     from wheeltapper.lower.many import LoweredCells
 
-    cells, on_rails = len(next(iter(changed.values()))), asked.marcher.is_general
+    cells, on_rails = len(next(iter(changed.values()))), asked.marcher.is_general and not asked.by_differences
 
     def compute_range(*bounds: int) -> list[ComputedCells]:
         parts = []
@@ -155,11 +155,14 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
     if cells > slab:
         return ComputedCells.joined_parts(compute_range(*range(0, cells, slab), cells))
     try:
-        if asked.by_records:
-            from wheeltapper.ask.by_records import computed_by_records
+        if asked.by_differences:
             from wheeltapper.ask.slopes_of_records import slopes_of_records
 
-            return (slopes_of_records if asked.gradient else computed_by_records)(asked, changed, threads)
+            return slopes_of_records(asked, changed, threads)
+        if asked.by_records:
+            from wheeltapper.ask.by_records import computed_by_records
+
+            return computed_by_records(asked, changed, threads)
         if on_rails:
             from wheeltapper.ask.on_rails import computed_on_rails
             from wheeltapper.ask.sensitivity_on_rails import slopes_on_rails
@@ -183,7 +186,7 @@ def is_ready(asked: Study) -> bool:
 
     first = asked.changed_values(tuple(slice(0, 1) for _ in asked.shape))
     try:
-        if asked.by_records:
+        if asked.by_records or asked.by_differences:
             from wheeltapper.ask import by_records
 
             return by_records.is_ready(asked, first)

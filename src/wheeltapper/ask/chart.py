@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper._version import __version__
-from wheeltapper.ask.cells import STATUS, TRUST, TRUST_BY_RECORDS, ComputedCells
+from wheeltapper.ask.cells import STATUS, TRUST, TRUST_BY_DIFFERENCES, ComputedCells
 from wheeltapper.ask.study import Study, unit_of
 from wheeltapper.record.chart_store import FORMAT
 from wheeltapper.record.labels import CHART_TITLE, flag_attributes
@@ -53,7 +53,7 @@ def _gradient_variables(
     along = ("parameter", *wheels, *dimensions)
     held = np.stack([asked.field_values(path) for path in asked.gradient])
     held = held.reshape(parameters, *(1 for _ in wheels), -1)
-    elastic, trust = {}, TRUST_BY_RECORDS if asked.by_records else TRUST
+    elastic, trust = {}, TRUST_BY_DIFFERENCES if asked.by_differences else TRUST
     data: dict[str, Any] = {
         "gradient_status": (dimensions, found.trust.astype(np.int8).reshape(shape), flag_attributes(trust)),
         "amplification": (

@@ -56,11 +56,14 @@ class Slope(NamedTuple):
         Estimate of the absolute error.
     at_corner
         Where the slopes on both sides differ.
+    refusal
+        Why the number cannot be changed, where no step could be made; else nothing.
     """
 
     value: FloatArray
     error: FloatArray
     at_corner: BoolArray
+    refusal: str = ""
 
 
 class _Quotients(NamedTuple):
@@ -93,7 +96,8 @@ def slope_at(beside: Beside, here: FloatArray, at: float) -> Slope:
     first = stencil.first_quotients()
     tiny = None if first is None else stencil.quotients(TINY * first.step)
     if first is None or tiny is None:
-        return Slope(np.full(here.shape, np.nan), np.full(here.shape, np.nan), np.zeros(here.shape, dtype=bool))
+        none = np.full(here.shape, np.nan)
+        return Slope(none, none.copy(), np.zeros(here.shape, dtype=bool), stencil.refusal)
     scatter = 0.5 * np.abs(tiny.bend) * tiny.step + LEAST_SCATTER * np.abs(here)
     base, rows, before = 2.0 if stencil.is_one_sided else 4.0, [[first.slope]], first
     best, error, corner = first.slope, np.full(here.shape, np.inf), np.zeros(here.shape, dtype=bool)
@@ -124,6 +128,7 @@ class _Stencil:
     def __init__(self, beside: Beside, here: FloatArray, at: float) -> None:
         self.beside, self.here, self.at = beside, here, at
         self.is_one_sided = False
+        self.refusal = ""
 
     def first_quotients(self) -> _Quotients | None:
         """Return those over the first step that is small enough."""
@@ -146,8 +151,10 @@ class _Stencil:
         """Return the quotients over a step; None where the same does not happen on both sides."""
         try:
             above = self.beside(self.at + step)
-        except InputError:
+        except InputError as error:
+            self.refusal = str(error)
             return None
+        self.refusal = ""
         if above is None:
             return None
         below = None if self.is_one_sided else self._below(step)
@@ -161,6 +168,7 @@ class _Stencil:
     def _below(self, step: float) -> FloatArray | None:
         try:
             return self.beside(self.at - step)
-        except InputError:
+        except InputError as error:
             self.is_one_sided = self.at == 0.0
+            self.refusal = "" if self.is_one_sided else str(error)
             return None

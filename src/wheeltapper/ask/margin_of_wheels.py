@@ -1,14 +1,18 @@
-"""Distance of a wagon's wheels from a further loss of contact: a margin that passes zero when the loss appears.
+"""Distance of the wheels of a run from a further loss of contact: a margin that passes zero when the loss appears.
 
 the loss happened      the smallest indentation in its flight: minus the largest clearance
 it did not             the smallest indentation of the tread since the impact before it, once it has begun to fall
+with material damping  the force also ends where its factor 1 + χ·rate does; this, times the static indentation, counts
+                       as well, and the smaller of both is the margin. On rails that give way the factor jumps where
+                       the force ends, and with it the margin: from zero to what is missing after the jump
 
-The indentation is that of the dense solution; its smallest value is where its rate, which is exact, passes zero.
+The indentation is that of the dense solution; its smallest value is where its rate passes zero.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,85 +20,175 @@ from numpy.typing import NDArray
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.wheel_rows import DELTA_RATE, ROW_DELTA
+from wheeltapper.march.wheel_rows import DELTA_RATE, GRIP, ROW_DELTA
 
 if TYPE_CHECKING:
-    from wheeltapper.march.assembly import Assembly
+    from wheeltapper.lower.build import Lowered
+    from wheeltapper.lower.wagon import LoweredWagon
     from wheeltapper.march.multibody import MultibodyMarch
+    from wheeltapper.march.single import March
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-READINGS, READINGS_AT_ONCE = 4, 16
-"""Number of places in a step at which the indentation is read first; in a macro step that was solved at once."""
+WITHIN = np.array([0.0, 0.25, 0.5, 0.75, 1.0 - 1e-9])
+"""Places in a step at which the indentation is read first; the last one where rates count, which may jump behind it."""
+WITHIN_AT_ONCE = np.arange(16) / 16
+"""The same in the macro steps of rails, which may be solved at once."""
 NEAR = 0.05
 """Minima are located where the readings are so near to the smallest of them, in static indentations."""
-BOTH = np.array([ROW_DELTA, DELTA_RATE])
 KINDS = contract.LOSS, contract.IMPACT
+DELTA, RATE, FACTOR = range(3)
+"""What is read: indentation, m, its rate, and with material damping what its force is multiplied by, times δ0, m."""
 
 
-def margin_of(assembly: Assembly, found: MultibodyMarch, losses: int) -> float:
-    """Return how far a march is from the `losses`-th loss of any of its treads, m; negative where it happened."""
+class Readings(NamedTuple):
+    """What a run's margin is read from.
+
+    Attributes
+    ----------
+    at
+        From rising times to DELTA, RATE and perhaps FACTOR, (times, quantities, treads).
+    times
+        Of the first readings.
+    losses, impacts
+        Times of those of each tread.
+    static
+        Static indentation δ0, m.
+    damped
+        Whether there is a FACTOR.
+    """
+
+    at: Callable[[FloatArray], FloatArray]
+    times: FloatArray
+    losses: list[FloatArray]
+    impacts: list[FloatArray]
+    static: float
+    damped: bool
+
+
+def readings_of_wagon(lowered: LoweredWagon, found: MultibodyMarch) -> Readings:
+    """Return the readings of a wagon's run, of all its treads."""
+    A = lowered.assembly
+    static, damped = float(A.numbers[asm.STATIC_INDENTATION]), bool(A.numbers[asm.CONTACT_LAW] == asm.LOSSY)
+    rows = np.array([ROW_DELTA, DELTA_RATE, *([GRIP] if damped else [])])
+    treads = np.flatnonzero(A.lanes[: int(A.numbers[asm.TREADS]), asm.SIDE].ravel())
+
+    def at(times: FloatArray) -> FloatArray:
+        read = run.replay(A, found, times, rows)[2][:, :, treads]
+        read[:, FACTOR:] *= static
+        return np.asarray(read)
+
     begins, lengths = found.steps[:, asm.STEP_TIME], found.steps[:, asm.STEP_LENGTH]
-    readings = READINGS_AT_ONCE if assembly.rails.size and assembly.rails[asm.RAIL_AT_ONCE] else READINGS
-    within = np.arange(readings) / readings
+    at_once = A.rails.size > 0 and A.rails[asm.RAIL_AT_ONCE] != 0.0
+    within = WITHIN_AT_ONCE if at_once and not damped else _within(damped)
     times = np.append((begins[:, None] + lengths[:, None] * within).ravel(), found.end)
-    read = run.replay(assembly, found, times, BOTH)[2]
-    out = float(assembly.numbers[asm.STATIC_INDENTATION])  # of contacts without an impact before that loss
-    ends: list[tuple[int, int]] = []
-    for lane in _treads(assembly):
-        among = _window(found, lane, losses, times)
-        here, rate = read[among, 0, lane], read[among, 1, lane]
-        falls = np.flatnonzero(here[1:] < here[:-1])
-        if not len(falls):
-            continue
-        out = min(out, float(here[falls[0] + 1 :].min()))
-        turns = np.flatnonzero((rate[:-1] < 0.0) & (rate[1:] > 0.0) & (np.diff(among) == 1))
-        ends += [(int(among[turn]), lane) for turn in turns]
-    first, lanes = (np.array(column, dtype=np.int64) for column in zip(*ends, strict=True)) if ends else _NOTHING
-    least = np.minimum(read[first, 0, lanes], read[first + 1, 0, lanes]) if ends else np.zeros(0)
-    near = least < out + NEAR * float(assembly.numbers[asm.STATIC_INDENTATION])
-    if near.any():
-        out = min(out, float(_smallest(assembly, found, times, first[near], lanes[near]).min()))
-    return out
+    each = [found.events[found.events[:, contract.EVENT_CONTACT] == lane] for lane in treads]
+    lost, hit = ([_times_of(events, kind) for events in each] for kind in KINDS)
+    return Readings(at, times, lost, hit, static, damped)
 
 
-_NOTHING = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+def readings_of_wheel(lowered: Lowered, found: March) -> Readings:
+    """Return the readings of the run of a wheelset alone."""
+    from wheeltapper.march import dense
+
+    eta, length, time = float(lowered.program.numbers[contract.HYSTERESIS]), lowered.length, lowered.time
+    scale = np.array([length, length / time, length])[: 3 if eta else 2]
+
+    def at(times: FloatArray) -> FloatArray:
+        rows = run.sample(lowered.program, found, times / time)[:, [dense.OUT_DELTA, dense.OUT_DELTA_V]]
+        read = np.column_stack([rows, 1.0 + eta * rows[:, RATE]]) if eta else rows
+        return np.asarray((read * scale)[:, :, None])
+
+    bounds = np.append(found.steps[:, contract.TIME], found.state[contract.TIME]) * time
+    times = np.append((bounds[:-1, None] + np.diff(bounds)[:, None] * _within(bool(eta))).ravel(), bounds[-1])
+    lost, hit = ([_times_of(found.events, kind) * time] for kind in KINDS)
+    return Readings(at, times, lost, hit, length, bool(eta))
 
 
-def _treads(assembly: Assembly) -> IntArray:
-    """Return the lanes of the treads of all wheels."""
-    octets = int(assembly.numbers[asm.TREADS])
-    return np.flatnonzero(assembly.lanes[:octets, asm.SIDE].ravel())
+def _within(damped: bool) -> FloatArray:
+    return WITHIN if damped else WITHIN[:-1]
 
 
-def _window(found: MultibodyMarch, lane: int, losses: int, times: FloatArray) -> IntArray:
+def _times_of(events: FloatArray, kind: int) -> FloatArray:
+    return np.asarray(events[events[:, contract.EVENT_KIND] == kind, contract.EVENT_TIME])
+
+
+def margin_of(readings: Readings, losses: int) -> float:
+    """Return how far a run is from the `losses`-th loss of any of its treads, m; negative where it happened."""
+    read, out = readings.at(readings.times), readings.static  # of contacts without an impact before that loss
+    turns, lows = list[tuple[int, int]](), list[tuple[int, int]]()
+    for tread in range(read.shape[2]):
+        among = _window(readings, tread, losses)
+        held = read[among][:, [DELTA, *range(FACTOR, read.shape[1])], tread]
+        for k, here in enumerate(held.T):
+            falls = np.flatnonzero(here[1:] < here[:-1]) + 1
+            begins = 0 if len(readings.losses[tread]) >= losses else falls[0] if len(falls) else len(here)
+            out = min(out, here[begins:].min(initial=np.inf))
+            if k == 0:
+                rate = read[among, RATE, tread]
+                inside = (rate[:-1] < 0.0) & (rate[1:] > 0.0) & (np.diff(among) == 1)
+                turns += [(int(among[turn]), tread) for turn in np.flatnonzero(inside)]
+            else:
+                inside = (here[1:-1] < here[:-2]) & (here[1:-1] < here[2:]) & (among[2:] - among[:-2] == 2)
+                lows += [(int(among[low]), tread) for low in np.flatnonzero(inside)]
+    limit = out + NEAR * readings.static
+    near = [(i, tread) for i, tread in turns if min(read[i : i + 2, DELTA, tread]) < limit]
+    out = min(out, *_smallest_deltas(readings, near), out)
+    near = [(i, tread) for i, tread in lows if read[i + 1, FACTOR, tread] < limit]
+    return float(min(out, *_smallest_factors(readings, near), out))
+
+
+def _window(readings: Readings, tread: int, losses: int) -> IntArray:
     """Return the readings among which a tread's margin is: those of a flight, or of a contact."""
-    events = found.events[found.events[:, contract.EVENT_CONTACT] == lane]
-    lost, hit = (events[events[:, contract.EVENT_KIND] == kind, contract.EVENT_TIME] for kind in KINDS)
+    times, lost, hit = readings.times, readings.losses[tread], readings.impacts[tread]
+    before = losses - 1  # impacts before that loss
+    if len(hit) and (not len(lost) or hit[0] < lost[0]):  # it began in the air
+        before += 1
     if len(lost) >= losses:
-        until = hit[losses - 1] if len(hit) >= losses else np.inf
+        until = hit[before] if len(hit) > before else np.inf
         return np.flatnonzero((times >= lost[losses - 1]) & (times <= until))
-    if len(hit) < losses - 1:
-        return _NOTHING[0]
-    return np.flatnonzero(times >= (hit[losses - 2] if losses > 1 else 0.0))
+    if len(hit) < before:
+        return np.zeros(0, dtype=np.int64)
+    return np.flatnonzero(times >= (hit[before - 1] if before else 0.0))
 
 
-def _smallest(
-    assembly: Assembly, found: MultibodyMarch, times: FloatArray, first: IntArray, lanes: IntArray
-) -> FloatArray:
+def _read(readings: Readings, at: FloatArray, tread: FloatArray, quantity: int) -> FloatArray:
+    """Return a quantity at times in any order, each of a tread."""
+    flat, own = at.ravel(), np.broadcast_to(tread, at.shape).ravel().astype(np.int64)
+    order = np.argsort(flat, kind="stable")
+    out = np.empty(len(flat))
+    out[order] = readings.at(np.ascontiguousarray(flat[order]))[np.arange(len(flat)), quantity, own[order]]
+    return out.reshape(at.shape)
+
+
+def _smallest_deltas(readings: Readings, near: list[tuple[int, int]]) -> list[float]:
     """Return the indentations where their rates pass zero between readings and the next ones."""
     from scipy.optimize import elementwise
 
-    def read(at: FloatArray, lane: FloatArray, row: int) -> FloatArray:
-        order = np.argsort(at, kind="stable")
-        values = run.replay(assembly, found, np.ascontiguousarray(at[order]), BOTH)[2]
-        out = np.empty(len(at))
-        out[order] = values[np.arange(len(at)), row, lane[order].astype(np.int64)]
-        return out
+    if not near:
+        return []
+    first, tread = np.array(near).T
 
-    def rate(at: FloatArray, lane: FloatArray) -> FloatArray:
-        return read(at.ravel(), np.broadcast_to(lane, at.shape).ravel(), 1).reshape(at.shape)
+    def rate(at: FloatArray, own: FloatArray) -> FloatArray:
+        return _read(readings, at, own, RATE)
 
-    at: Any = elementwise.find_root(rate, (times[first], times[first + 1]), args=(lanes.astype(float),)).x
-    return read(np.asarray(at), lanes.astype(float), 0)
+    ends = readings.times[first], readings.times[first + 1]
+    found: Any = elementwise.find_root(rate, ends, args=(tread.astype(float),))
+    return list(_read(readings, np.asarray(found.x), tread.astype(float), DELTA))
+
+
+def _smallest_factors(readings: Readings, near: list[tuple[int, int]]) -> list[float]:
+    """Return the smallest factors beside readings that are smaller than those before and behind."""
+    from scipy.optimize import elementwise
+
+    if not near:
+        return []
+    first, tread = np.array(near).T
+
+    def factor(at: FloatArray, own: FloatArray) -> FloatArray:
+        return _read(readings, at, own, FACTOR)
+
+    bracket = readings.times[first], readings.times[first + 1], readings.times[first + 2]
+    found: Any = elementwise.find_minimum(factor, bracket, args=(tread.astype(float),))
+    return list(np.minimum(found.f_x, readings.at(readings.times)[first + 1, FACTOR, tread]))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.passes import SHAKEDOWN, PassResult, Scatter, checked_length, drawn_pass
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK
 from wheeltapper.ground.notes import Note
@@ -58,15 +59,15 @@ class RailLineOfWagons:
     def __init__(
         self, scenario: Scenario, scatter: Scatter, per_interval: int, method: str, vehicles: tuple[Any, ...] = ()
     ) -> None:
-        for name in ("load", "start"):
-            if getattr(scatter, name):
-                raise InputError("", f"scatter.{name}", f"{getattr(scatter, name):g} with a Wagon", "0")
         self.scenario, self.scatter, self._method = scenario, scatter, method
         self.length = checked_length(scenario, scatter)
         self._passing = [scenario.replaced({"vehicle": vehicle}) for vehicle in vehicles] or [scenario]
         for one in self._passing:
             run.choose(run.WEAR_IN, one.needs)
             one.check_extent()
+            if scatter.load and not one.vehicle.bodies and not any(axle.load for axle in one.vehicle.axles):
+                found = f"{scatter.load:g} with a Wagon that has neither bodies nor loads on its wheelsets"
+                raise InputError("", "scatter.load", found, "0")
         self.static_force = max(float(_lowered(one, method).static_force.sum(axis=1).max()) for one in self._passing)
         positions = [_positions(one) for one in self._passing]
         self._begins = float(min(places.min() for places in positions))
@@ -115,10 +116,11 @@ class RailLineOfWagons:
 
     def after_pass(self, surface: Surface, number: int) -> tuple[Surface, PassResult]:
         """Return the surface after pass `number`, and the results of that pass."""
-        faster, _, _ = drawn_pass(self.scatter, number)
+        faster, heavier, start = drawn_pass(self.scatter, number)
         scenario = self._passing[number % len(self._passing)]
-        speed = float(scenario.speed) * faster
-        scenario = scenario.replaced({"speed": speed, "duration": self.length / speed})
+        speed, length = float(scenario.speed) * faster, self.length - start
+        wagon = moved(loaded(scenario.vehicle, heavier), start)
+        scenario = scenario.replaced({"speed": speed, "duration": length / speed, "vehicle": wagon})
         lowered = _lowered(scenario, self._method, self._worn(*self._apart(surface)))
         march = run.march(lowered.program)
         assembly, memory = march.paved(lowered.assembly), lowered.memory
@@ -132,11 +134,48 @@ class RailLineOfWagons:
         largest = WHEELS * float(march.peaks[treads, contract.PEAK_FORCE].max(initial=0.0))
         largest = max(largest, float(pressures.max()) * unit)
         told = PassResult(
-            march.status, speed, float(scenario.vehicle.axles[0].load), 0.0, largest,
-            int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum()), self.length,
+            march.status, speed, float(lowered.static_force[0].sum()) - wagon.axles[0].mass * wagon.gravity, start,
+            largest, int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum()), length,
             float(sum(rail.work for rail in marking.sides)), elastic, 1.0 - elastic - beyond, beyond,
         )  # fmt: skip
         return self._joined(*(rail.left() for rail in marking.sides)), told
+
+
+def loaded(wagon: Wagon, factor: float) -> Wagon:
+    """Return a wagon in which what it carries is heavier: the loads on its wheelsets, and masses and moments of bodies.
+
+    A bogie frame is no load: carried are the bodies that no element joins to a wheelset; all, where each has one.
+    """
+    if factor == 1.0:
+        return wagon
+    wheelsets = {name for name in wagon.names if name not in {body.name for body in wagon.bodies}}
+    on_wheels = {end for element in wagon.elements if wheelsets & {*element.between} for end in element.between}
+    carried = {body.name for body in wagon.bodies} - on_wheels or {body.name for body in wagon.bodies}
+    bodies = [
+        body.model_copy(
+            update={"mass": body.mass * factor, "inertia": tuple(moment * factor for moment in body.inertia)}
+        ) if body.name in carried else body
+        for body in wagon.bodies
+    ]  # fmt: skip
+    axles = [axle.model_copy(update={"load": axle.load * factor}) for axle in wagon.axles]
+    return wagon.model_copy(update={"bodies": tuple(bodies), "axles": tuple(axles)})
+
+
+def moved(wagon: Wagon, way: float) -> Wagon:
+    """Return a wagon whose every part stands farther along the track at time zero, m."""
+    if way == 0.0:
+        return wagon
+
+    def along(place: tuple[float, float, float]) -> tuple[float, float, float]:
+        return place[0] + way, *place[1:]
+
+    return wagon.model_copy(
+        update={
+            "bodies": tuple(body.model_copy(update={"position": along(body.position)}) for body in wagon.bodies),
+            "axles": tuple(axle.model_copy(update={"position": axle.position + way}) for axle in wagon.axles),
+            "elements": tuple(one.model_copy(update={"at": along(one.at)}) for one in wagon.elements),
+        }
+    )
 
 
 def _positions(scenario: Scenario) -> FloatArray:

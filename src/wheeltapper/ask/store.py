@@ -50,6 +50,13 @@ def chunk_shape(shape: tuple[int, ...], cells: int, dear: tuple[int, ...] = ()) 
     return tuple(out)
 
 
+def _usual_chunk(study: Study) -> int:
+    """Return how many cells a chunk has where none is said: some seconds of work."""
+    if study.by_records or study.by_differences:
+        return CHUNK_OF_RECORDS
+    return CHUNK_ON_RAILS if study.marcher.is_general else CHUNK
+
+
 class Store:
     """A study's store.
 
@@ -64,10 +71,9 @@ class Store:
     def __init__(self, path: Path, spec: dict[str, Any]) -> None:
         self.path, self.spec = path, spec
         self.study: Study = described_study(spec)
-        usual = (
-            CHUNK_OF_RECORDS if self.study.by_records else CHUNK_ON_RAILS if self.study.marcher.is_general else CHUNK
+        self._sizes = chunk_shape(
+            self.study.shape, int(spec.get("chunk", _usual_chunk(self.study))), self.study.dear_axes
         )
-        self._sizes = chunk_shape(self.study.shape, int(spec.get("chunk", usual)), self.study.dear_axes)
         together = prod(self._sizes)
         check_room(
             "chunk", f"{together:.4g} cells", 8.0 * self.study.numbers_in_memory(together), "fewer cells in a chunk"

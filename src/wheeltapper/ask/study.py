@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import prod
 from numbers import Real
 from typing import Any, Literal, get_args
@@ -12,13 +13,16 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ask.questions import QUESTIONS, SWEEP, TANGENTS, is_by_runs
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.paths import held_at
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list, as_quantity, check_choice, check_flag
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.memory import check_room
+from wheeltapper.ground.needs import Need
 from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.turns_on_rails import not_turned
 from wheeltapper.march import run
 from wheeltapper.record.arguments import check_method
 from wheeltapper.record.contacts import SIDES
@@ -48,6 +52,12 @@ class Axis:
     unit: str
 
 
+def needs_over(scenario: Scenario, axes: Sequence[Axis]) -> frozenset[Need]:
+    """Return what a scenario needs in any cell: a field may bring something where it leaves zero."""
+    ends = [{axis.path: float(end)} for axis in axes for end in (axis.values.min(), axis.values.max())]
+    return scenario.needs.union(*(scenario.replaced(end).needs for end in ends))
+
+
 @dataclass(frozen=True)
 class Study:
     """A scenario, the cells in which some of its fields vary, and the features of each cell.
@@ -68,6 +78,8 @@ class Study:
         Paths of the fields with respect to which the features are differentiated.
     chaos_limit
         Amplification above which a cell counts as near-chaotic.
+    by_differences
+        Whether the derivatives are differences of whole runs: where anything has no tangents.
     """
 
     scenario: Scenario
@@ -77,6 +89,7 @@ class Study:
     method: str
     gradient: tuple[str, ...] = ()
     chaos_limit: float = CHAOS_LIMIT
+    by_differences: bool = False
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -95,21 +108,21 @@ class Study:
         found = features * (1 + parameters) + 3  # and status, trust, amplification; twice, because parts are joined
         return cells * (2 * found + 2 * fields + 2 * features * parameters)
 
-    @property
+    @cached_property
     def marcher(self) -> run.Marcher:
         """The march that computes the cells."""
-        return run.choose(run.SWEEP, self.scenario.needs)
+        return run.choose(SWEEP, needs_over(self.scenario, self.axes))
 
     @property
     def by_records(self) -> bool:
         """Whether each cell is a run with a record of its own: there are no tables that cells could share."""
-        return self.marcher.is_of_wagons
+        return is_by_runs(self.marcher)
 
     @property
     def wheel_axes(self) -> dict[str, list[int] | list[str]]:
         """Names of wheelsets and sides, each of which has a value of every feature; nothing where there is but one."""
         vehicle = self.scenario.vehicle
-        if self.by_records:
+        if self.marcher.is_of_wagons:
             return {"wheelset": [*range(1, len(vehicle.axles) + 1)], "side": [*SIDES[:2]]}
         wheelsets = len(getattr(vehicle, "positions", (0.0,)))
         return {"wheelset": [*range(1, wheelsets + 1)]} if wheelsets > 1 else {}
@@ -243,7 +256,7 @@ def study_of(
     scenario: Scenario, over: Mapping[str, Any], features: Asked, *,
     gradient: bool | Sequence[str] = False, zipped: bool = False, samples: int | None = None,
     sampling: Sampling = "sobol", seed: int = 0, method: str = "default", chaos_limit: float = CHAOS_LIMIT,
-    question: run.Question = run.SWEEP,
+    question: run.Question = SWEEP,
 ) -> Study:  # fmt: skip
     """Return the study that `sweep`, or another question, computes; its arguments are those of `sweep`."""
     run.choose(question, scenario.needs)
@@ -269,31 +282,29 @@ def study_of(
         if name in getattr(holder, "stepwise", ()):
             found = f"a field that chooses the waves of a {type(holder).__name__}, which has no derivative by it"
             raise InputError("", path, found, "another field")
-    if by:
-        run.choose(run.GRADIENT, scenario.needs)
     check_along(question, scenario, by)
     _check_questions(asked, question, scenario)
-    if by and run.choose(run.GRADIENT, scenario.needs).is_general:
-        _check_heights(asked)
-    return Study(scenario, axes, not side_by_side, asked, method, by, chaos_limit)
+    differ = bool(by) and _has_no_tangents(scenario, by, [axis.path for axis in axes], asked)
+    return Study(scenario, axes, not side_by_side, asked, method, by, chaos_limit, differ)
 
 
 def _check_questions(features: tuple[Feature, ...], question: run.Question, scenario: Scenario) -> None:
     """Refuse features that ask what the march of these cells does not know."""
     marcher = run.choose(question, scenario.needs)
     for feature in features:
-        other = run.QUESTIONS[feature.asks] if feature.asks else question
+        other = QUESTIONS[feature.asks] if feature.asks else question
         if marcher not in other.marchers:
             raise run.refusal(other, scenario.needs, f"features.{feature.name}")
 
 
-def _check_heights(features: tuple[Feature, ...]) -> None:
-    """Refuse derivatives of what the general march tells no derivatives of."""
-    for feature in features:
-        if feature.of_heights:
-            found = "a highest position, which has no derivative on rails or of several wheelsets"
-            allowed = "features of events, forces and impulses, or no gradient"
-            raise InputError("", f"features.{feature.name}", found, allowed)
+def _has_no_tangents(scenario: Scenario, by: Sequence[str], varied: Sequence[str], features: Sequence[Feature]) -> bool:
+    """Return whether a field, a feature, or what the scenario holds has no tangents, so that runs are differenced."""
+    begun = [path for path in {*by, *varied} if Fields(scenario)(path) == 0.0]
+    needs = scenario.needs.union(*(scenario.replaced({path: BESIDE}).needs for path in begun))
+    marcher = run.fastest_march(TANGENTS, needs)
+    if marcher is None or not marcher.is_general:
+        return marcher is None
+    return any(not_turned(scenario, path) for path in by) or any(feature.of_heights for feature in features)
 
 
 def as_features(given: Asked) -> tuple[Feature, ...]:

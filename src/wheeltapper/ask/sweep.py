@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from wheeltapper.ask.cells import compute_cells
 from wheeltapper.ask.chart import chart_dataset
+from wheeltapper.ask.questions import GRADIENT
 from wheeltapper.ask.study import CHAOS_LIMIT, Asked, Sampling, field_at, study_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list
@@ -51,7 +52,7 @@ def sweep(
         From `wheeltapper.features`, or their names, as ["force_ratio"]. A run ends as soon as all of them are known.
     gradient
         True: the features' exact derivatives with respect to the varied fields, through all impacts; or the paths of
-        the fields with respect to which to differentiate. Those of wagons are differences of runs, see below.
+        the fields with respect to which to differentiate. What has no tangents is differenced, see below.
     zipped
         True: the lists of `over` have the same length, and cell n has the n-th value of each.
     samples, sampling, seed
@@ -75,11 +76,13 @@ def sweep(
         `_angle` to each parameter's axis; `condition` of all features by all parameters; `amplification`; and
         `gradient_status`. A "grazing" cell has an event that hardly happens, so that the derivative means little.
 
-        Derivatives of wagons are extrapolated from differences of runs finer than "strict" ones in which the same
-        happens in the same order: losses, impacts, friction that slides, corners of elements. The `_gradient_error` of
-        each is its probable error, mostly below 1e-8 of it. Where both are NaN there is no derivative: other things
-        happen beside the field's value, or the slopes on its sides differ; a note says which. Such cells are
-        "not_differentiable", the others "by_differences".
+        Where a scenario, a field or a feature has no tangents (wagons, contacts that yield, dampers with ends, friction
+        and other kinks of suspensions, voids; on rails fields of the track and highest positions), derivatives are
+        extrapolated from differences of runs finer than "strict" ones in which the same happens in the same order:
+        losses, impacts, onsets of yield, stops, friction that slips or sticks, corners of elements, voids. The
+        `_gradient_error` of each is its probable error, mostly below 1e-8 of it. Where both are NaN there is no
+        derivative: other things happen beside the field's value, or the slopes on its sides differ; a note says which.
+        Such cells are "not_differentiable", the others "by_differences".
 
     Raises
     ------
@@ -111,7 +114,7 @@ def gradient(
     method: str = "default",
     chaos_limit: float = CHAOS_LIMIT,
 ) -> xr.Dataset:
-    """Compute features of one scenario and their derivatives, through all impacts: exact ones, but for wagons.
+    """Compute features of one scenario and their derivatives, through all impacts: exact, or by differences.
 
     Parameters
     ----------
@@ -128,26 +131,26 @@ def gradient(
     -------
     xarray.Dataset
         The variables of `sweep` with gradients, for one cell; of several wheelsets on rails over `wheelset`, of wagons
-        over `wheelset` and `side`, with the errors of the differences that these are.
+        over `wheelset` and `side`; with errors where derivatives are differences.
 
     Raises
     ------
     InputError
-        If a path names no continuous field, or on rails one with respect to which nothing is differentiated.
+        If a path names no continuous field, or one that chooses the waves of an irregularity.
     """
     import numpy as np
 
     scenario = as_scenario(scenario)
-    run.choose(run.GRADIENT, scenario.needs)
+    run.choose(GRADIENT, scenario.needs)
     parameters = as_list(parameters, "parameters", 'paths of continuous fields, as ["vehicle.damping"]')
     for path in parameters:
         field_at(scenario, path)
     here = {path: [float(Fields(scenario)(path))] for path in parameters}
     asked = study_of(
         scenario, here, features, gradient=tuple(parameters), zipped=True, method=method, chaos_limit=chaos_limit,
-        question=run.GRADIENT,
+        question=GRADIENT,
     )  # fmt: skip
-    computed = compute_cells(asked, asked.changed_values(), core_count() if asked.by_records else 1)
+    computed = compute_cells(asked, asked.changed_values(), core_count() if asked.by_differences else 1)
     computed.check_refusals()
     warn_of(note.sentence_of(1) for note in computed.notes)
     found = chart_dataset(asked, computed).isel(cell=0)

@@ -126,7 +126,8 @@ def wear_in(
         virgin one; near the contact resonance the wear then grows without limit. Values between them interpolate.
     scatter
         How passes differ. "speed", "load": standard deviations over the mean. "start": the wheels begin, at rest, at
-        places spread evenly over this length, m: their bouncing then has another phase.
+        places spread evenly over this length, m: their bouncing then has another phase. A wagon's load is what its
+        bodies weigh that no element joins to a wheelset, or all where each is, and the loads of its wheelsets.
         A start on an orbit would lose its phase. "vehicles": a list of what passes in turn, instead of the scenario's
         vehicle; how the rail yields, and what the results call static, are those of the most heavily loaded wheelset.
     seed

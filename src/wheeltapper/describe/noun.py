@@ -98,11 +98,25 @@ class Noun(BaseModel, Shown, metaclass=NounMeta):
     @model_validator(mode="before")
     @classmethod
     def _take_type(cls, data: Any) -> Any:
-        if isinstance(data, dict) and "type" in data and "type" not in cls.model_fields:
+        if not isinstance(data, dict):
+            return data
+        if "type" in data and "type" not in cls.model_fields:
             if data["type"] != cls.__name__:
                 raise InputError("", "type", repr(data["type"]), repr(cls.__name__))
-            return {name: value for name, value in data.items() if name != "type"}
-        return data
+            data = {name: value for name, value in data.items() if name != "type"}
+        return cls._taken_by_name(data) if "name" in data and "name" not in cls.model_fields else data
+
+    @classmethod
+    def _taken_by_name(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Return the fields of a published noun of this kind, as those beside its name overrule them."""
+        named = getattr(cls, "named", None)
+        if named is None:
+            return data
+        try:
+            found = named(data["name"], **{field: value for field, value in data.items() if field != "name"})
+        except InputError as error:
+            raise error if error.field else error.within("name") from None
+        return {field: getattr(found, field) for field in found.model_fields_set}
 
     @model_serializer(mode="wrap")
     def _give_type(self, handler: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:

@@ -24,6 +24,8 @@ class _WithType(GenerateJsonSchema):
         out["properties"] = {"type": {"const": name}} | out.get("properties", {})
         if name not in UNTYPED:
             out["required"] = ["type", *out.get("required", [])]
+        if hasattr(schema["cls"], "library"):
+            _take_a_name(out, schema["cls"].library())
         out["description"] = out["description"].partition(HEADING)[0].strip()
         for field, words in field_descriptions(schema["cls"]).items():
             held = out["properties"][field]
@@ -32,6 +34,16 @@ class _WithType(GenerateJsonSchema):
 
     def callable_schema(self, schema: CoreSchema) -> JsonSchemaValue:
         return {"not": {}, "description": "a Python function: not in a file"}
+
+
+def _take_a_name(table: JsonSchemaValue, names: list[str]) -> None:
+    """Let the name of a published noun stand for the fields that a table requires."""
+    typed = [field for field in table.get("required", []) if field == "type"]
+    others = [field for field in table.get("required", []) if field != "type"]
+    words = "of a published one; fields beside it overrule its own"
+    table["properties"]["name"] = {"enum": names, "description": words}
+    table["required"] = typed
+    table["anyOf"] = [{"required": ["name"]}, {"required": others}]
 
 
 def json_schema(of: type[Scenario] | type[Site] = Scenario) -> dict[str, Any]:

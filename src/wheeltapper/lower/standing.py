@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.vehicle.wagon import TREADS_APART
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.plastic import virgin_pieces
 from wheeltapper.lower.table import blank_rows
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from wheeltapper.lower.wagon import StateLayout
 
 FloatArray = NDArray[np.float64]
+STANDING = 1e-3
+"""Largest vertical acceleration of a wheelset that stands, m/s²; one that hangs in the air falls."""
 _ENDLESS = np.where(np.arange(PIECE_COLUMNS) == STOP, np.inf, 0.0)
 
 
@@ -85,18 +88,50 @@ def standing_on(
     InputError
         If none is found, although there is one on level rails: an irregularity under a wheel prevents it.
     """
+    heights = _of_treads(assembly, assembly.start, ROW_PATH, len(positions))
+    found = _steady_if_any(assembly, layout, mobility)
+    if found is None and heights.any():  # above a dip nothing tells a wheel of it: its spring is the contact
+        found = _steady_if_any(_beside(assembly, layout, heights), layout, mobility)
+    if found is not None:
+        return found
+    wheelset, side = (int(i) for i in np.unravel_index(np.argmax(np.abs(heights)), heights.shape))
+    if heights[wheelset, side] == 0.0:
+        return steady_state(assembly, layout, mobility)  # which says that there is none
+    where = f"under wheelset {wheelset + 1} {('left', 'right')[side]}, at x = {positions[wheelset]:g} m"
+    raise InputError(
+        "", "irregularity", f"{1e3 * heights[wheelset, side]:.4g} mm {where}, on which the vehicle cannot stand",
+        "irregularities that begin ahead of the wheels",
+    )  # fmt: skip
+
+
+def _steady_if_any(assembly: Assembly, layout: StateLayout, mobility: FloatArray) -> FloatArray | None:
+    """Return the state of a steady run in which no wheelset falls; None if none is found from the present start."""
     try:
-        return steady_state(assembly, layout, mobility)
-    except InputError as error:
-        heights = _of_treads(assembly, assembly.start, ROW_PATH, len(positions))
-        wheelset, side = (int(i) for i in np.unravel_index(np.argmax(np.abs(heights)), heights.shape))
-        if heights[wheelset, side] == 0.0:
-            raise
-        where = f"under wheelset {wheelset + 1} {('left', 'right')[side]}, at x = {positions[wheelset]:g} m"
-        raise InputError(
-            "", "irregularity", f"{1e3 * heights[wheelset, side]:.4g} mm {where}, on which the vehicle cannot stand",
-            "irregularities that begin ahead of the wheels",
-        ) from error  # fmt: skip
+        found = steady_state(assembly, layout, mobility)
+    except InputError:
+        return None
+    return None if _falls(assembly, layout, mobility, found) else found
+
+
+def _falls(assembly: Assembly, layout: StateLayout, mobility: FloatArray, state: FloatArray) -> bool:
+    """Return whether any wheelset accelerates vertically in a state, as in none that is steady."""
+    rate = run.probe(assembly, state[None])[0][0]
+    moving = np.any(mobility != 0.0, axis=1) & _of_wheelsets(layout, "z")
+    return bool((np.abs(rate[layout.displacement_places[moving] + TO_RATE]) > STANDING).any())
+
+
+def _of_wheelsets(layout: StateLayout, along: str) -> NDArray[np.bool_]:
+    """Return which motions are those of wheelsets along an axis, wheelset by wheelset."""
+    return np.array([motion == along and body.startswith("wheelset ") for body, motion in layout.motions])
+
+
+def _beside(assembly: Assembly, layout: StateLayout, heights: FloatArray) -> Assembly:
+    """Return the assembly with a start state in which the wheelsets follow the paths' heights, (wheelsets, 2), m."""
+    start = assembly.start.copy()
+    rolls = (heights[:, 0] - heights[:, 1]) / TREADS_APART
+    for along, moved in (("z", heights.mean(axis=1)), ("roll", rolls)):
+        start[layout.displacement_places[_of_wheelsets(layout, along)]] += moved
+    return assembly._replace(start=start)
 
 
 def steady_state(assembly: Assembly, layout: StateLayout, mobility: FloatArray, tolerance: float = 1e-11) -> FloatArray:

@@ -37,7 +37,9 @@ def turn_along(scenario: Scenario, path: str, lowered: LoweredOnRails) -> System
     InputError
         If the field changes what is not differentiated on rails.
     """
-    _check(scenario, path)
+    what = not_turned(scenario, path)
+    if what:
+        raise InputError("", path, f"{what}: `gradient` does not differentiate with respect to it", OFFERED)
     system = lowered.program.system
     held = [getattr(system.bodies, name) for name in MATRICES]
     wheels = len(system.contacts)
@@ -53,20 +55,18 @@ def turn_along(scenario: Scenario, path: str, lowered: LoweredOnRails) -> System
     )
 
 
-def _check(scenario: Scenario, path: str) -> None:
-    """Refuse fields that change what is not differentiated."""
+def not_turned(scenario: Scenario, path: str) -> str:
+    """Return what a field changes, if tangents do not tell the derivatives by it; else nothing."""
     head, *rest = path.split(".")
-    what = ""
     if head == "track" and DECK not in scenario.needs:
-        what = "a field of the track, which changes its modes"
-    elif head == "contact" and isinstance(scenario.contact, Law):
-        what = "a field of a law of one's own, which changes its table"
-    elif head == "vehicle" and (rest[0] == "positions" or rest[-1] == "wheelbase"):
-        what = "a distance between wheelsets, which moves them along the track"
-    elif path == "speed" and scenario.speed == 0.0:
-        what = "a speed of 0 m/s, at which nothing is rolled over"
-    if what:
-        raise InputError("", path, f"{what}: `gradient` does not differentiate with respect to it", OFFERED)
+        return "a field of the track, which changes its modes"
+    if head == "contact" and isinstance(scenario.contact, Law):
+        return "a field of a law of one's own, which changes its table"
+    if head == "vehicle" and (rest[0] == "positions" or rest[-1] == "wheelbase"):
+        return "a distance between wheelsets, which moves them along the track"
+    if path == "speed" and scenario.speed == 0.0:
+        return "a speed of 0 m/s, at which nothing is rolled over"
+    return ""
 
 
 def _difference(scenario: Scenario, path: str, lowered: LoweredOnRails) -> tuple[FloatArray, ...]:

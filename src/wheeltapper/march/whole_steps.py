@@ -608,6 +608,12 @@ def _largest_change(h: float, behind: int, scales: FloatArray, nodal: Nodal) -> 
 
 
 @inlined_uncounted_kernel
+def _still_left(change: float, last: float) -> float:
+    """Return the error that is left after a change, if changes go on to become smaller as they do."""
+    return change * min(change / last, 1.0) if last > 0.0 else change
+
+
+@inlined_uncounted_kernel
 def _is_slow(change: float, last: float) -> bool:
     """Return True for a change that is not settled, and more than half as large as the last one."""
     return not (change <= SETTLED or change < 0.5 * last)
@@ -658,8 +664,7 @@ def _settle_step(
         _rates_at_nodes(data, plan, wheels, pieces, Q, nodal)
         most = _take_forces(unit, nodal)
         moved = _largest_change(h, behind, scales, nodal)
-        left, left_moved = most * min(most / last, 1.0), moved * min(moved / last_moved, 1.0)
-        if turn > 1 and max(left, left_moved) <= SETTLED:
+        if turn > 1 and max(_still_left(most, last), _still_left(moved, last_moved)) <= SETTLED:
             return turn + 1
         if damped:
             if _is_slow(most, last) or _is_slow(moved, last_moved):

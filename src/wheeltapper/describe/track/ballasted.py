@@ -89,8 +89,10 @@ class Ballasted(SupportedRail):
         )
 
     @classmethod
-    def named(cls, name: str) -> Ballasted:
+    def named(cls, name: str, **fields: Any) -> Ballasted:
         """Return a published track; its field `source` says where the numbers come from.
+
+        A file names it by `name`, beside `type`, in the same way: fields beside the name overrule those of the track.
 
         What a publication lacks of its rail is taken from the first track. Mass of the ballast and subgrade, where a
         publication has them, are ignored.
@@ -99,6 +101,8 @@ class Ballasted(SupportedRail):
         ----------
         name
             "rolland_UIC60_example", "rolland_Nordborg", "Zhai2004" or "railFE_default".
+        fields
+            What is other than published; `source` names it as well, unless it is given.
 
         Raises
         ------
@@ -107,4 +111,13 @@ class Ballasted(SupportedRail):
         """
         if not isinstance(name, str) or name not in track_names():
             raise InputError("", "name", value_text(name), with_suggestion(str(name), track_names()))
-        return cls(rail=Rail.named(name), **published_track(name))
+        held = {"rail": Rail.named(name)} | published_track(name)
+        other = [field.replace("_", " ") for field in fields if field in held]
+        if other:
+            held["source"] += f"; {' and '.join(other)} given instead"
+        return cls(**held | fields)
+
+    @classmethod
+    def library(cls) -> list[str]:
+        """Return the names that `named` takes."""
+        return track_names()

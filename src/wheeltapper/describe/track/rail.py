@@ -58,8 +58,15 @@ class Rail(Noun):
         return float(self.rotary_inertia)
 
     @classmethod
-    def named(cls, name: str) -> Rail:
+    def named(cls, name: str, **fields: Any) -> Rail:
         """Return a rail by the name of a published track ("Zhai2004", …), or "UIC60" or "60E1".
+
+        Parameters
+        ----------
+        name
+            In a file `name`, as well.
+        fields
+            What is other than published.
 
         Raises
         ------
@@ -68,7 +75,12 @@ class Rail(Noun):
         """
         if not isinstance(name, str) or name not in rail_names():
             raise InputError("", "", value_text(name), with_suggestion(str(name), rail_names()))
-        return cls(**published_rail(name))
+        return cls(**published_rail(name) | fields)
+
+    @classmethod
+    def library(cls) -> list[str]:
+        """Return the names that `named` takes."""
+        return rail_names()
 
 
 def as_rail(given: Any) -> Any:

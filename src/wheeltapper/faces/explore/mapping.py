@@ -146,7 +146,7 @@ class Map:
         over = {of[0]: asked.values(of, asked.size)[middle] for of in (asked.y, asked.x)}
         try:
             study = study_of(asked.scene, over, feature, gradient=True)
-            if study.by_records or is_stale():
+            if study.by_differences or is_stale():
                 return
             found = compute_cells(study, study.changed_values(), core_count())
         except InputError as error:
