@@ -47,6 +47,14 @@ PARTS = 4
 
 
 @kernel
+def _end_of(row: int, steps: FloatArray) -> float:
+    """Return when a step ends: when the next one begins, to the last digit."""
+    if row + 1 < steps.shape[0]:
+        return float(steps[row + 1, asm.STEP_TIME])
+    return float(steps[row, asm.STEP_TIME] + steps[row, asm.STEP_LENGTH])
+
+
+@kernel
 def _repeat_step(
     row: int, steps: FloatArray, states: FloatArray, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray,
     wheels: FloatArray, pieces: FloatArray, Q: FloatArray, K: FloatArray, P: FloatArray, F: FloatArray,
@@ -72,7 +80,7 @@ def _repeat_step(
     rates(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], True)
     if closed > 0.0:
         keep_pieces(wheels, nodal)
-        repeat_whole(t, scales, data, plan, w, y, wheels, pieces, Q, K[FIRST_STAGE], nodal)
+        repeat_whole(t, _end_of(row, steps), scales, data, plan, w, y, wheels, pieces, Q, K[FIRST_STAGE], nodal)
         return True
     make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
     rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES], True)
@@ -82,13 +90,13 @@ def _repeat_step(
 
 @kernel
 def _state_at(
-    x: float, at_once: bool, step: FloatArray, data: FloatArray, plan: IntArray, w: FloatArray, F: FloatArray,
+    t: float, x: float, at_once: bool, data: FloatArray, plan: IntArray, w: FloatArray, F: FloatArray,
     wheels: FloatArray, nodal: Nodal, out: FloatArray,
 ) -> None:  # fmt: skip
-    """Write the state at a place of a step that was repeated, 0 to 1; the contacts go to their pieces there."""
+    """Write the state at a time and place, 0 to 1, of a step that was repeated; contacts go to their pieces there."""
     if at_once:
         return_to_pieces(data, plan, wheels, nodal)
-        pass_breaks(step[asm.STEP_TIME] + x * step[asm.STEP_LENGTH], data, plan, wheels)
+        pass_breaks(t, data, plan, wheels)
         state_within(x, data, plan, w, nodal, out)
     else:
         between(x, w, F, out)
@@ -122,7 +130,7 @@ def replay_kernel(
             )  # fmt: skip
             entered = row
         x = min((times[k] - steps[row, asm.STEP_TIME]) / steps[row, asm.STEP_LENGTH], 1.0)
-        _state_at(x, at_once, steps[row], data, plan, w, F, wheels, nodal, spare)
+        _state_at(times[k], x, at_once, data, plan, w, F, wheels, nodal, spare)
         rates(times[k], data, plan, spare, wheels, pieces, Q, out_rates[k], True)
         if is_lossy(data):
             find_growths(times[k], data, plan, spare, out_rates[k], wheels)
@@ -324,7 +332,7 @@ def energy_kernel(
         for part in range(parts):
             for k in range(nodes.shape[0]):
                 x, weight = (part + nodes[k]) / parts, weights[k] * h / parts
-                _state_at(x, at_once, steps[row], data, plan, w, F, wheels, nodal, spare)
+                _state_at(t + x * h, x, at_once, data, plan, w, F, wheels, nodal, spare)
                 rates(t + x * h, data, plan, spare, wheels, pieces, Q, rate, True)
                 if is_lossy(data) and plan[asm.AT_RAILS] > 0:
                     find_growths(t + x * h, data, plan, spare, rate, wheels)
@@ -336,7 +344,7 @@ def energy_kernel(
                     for i in range(LANES):
                         impulses[row, o * LANES + i] += weight * wheels[o, wheel.NORMAL + i]
         if at_once:
-            pass_breaks(np.nextafter(t + h, t), data, plan, wheels)
+            pass_breaks(np.nextafter(_end_of(row, steps), t), data, plan, wheels)
         contact_forces(t + h, data, plan, y, wheels)
         elastic[row, FINISHES] = _elastic_energy(data, plan, y, wheels, pieces)
         works[row, MATERIAL_POWER] -= _released_energy(data, wheels)

@@ -188,10 +188,10 @@ def return_to_pieces(data: FloatArray, plan: IntArray, wheels: FloatArray, nodal
 
 @kernel
 def _know_paths(
-    t: float, h: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray, nodal: Nodal
+    t: float, until: float, h: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray, nodal: Nodal
 ) -> bool:  # fmt: skip
     """Write the heights of the paths at the nodes; return False where a path has a kink or a jump in the step."""
-    last = np.nextafter(t + h, t)
+    last = np.nextafter(until, t)
     broken = passing.next_break(data, t, wheels) <= last
     if broken:
         keep_pieces(wheels, nodal)
@@ -621,12 +621,12 @@ def _is_slow(change: float, last: float) -> bool:
 
 @uncounted_kernel
 def _settle_step(
-    t: float, solid: FloatArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
+    t: float, until: float, solid: FloatArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
     wheels: FloatArray, pieces: FloatArray, Q: FloatArray, start: FloatArray, nodal: Nodal,
 ) -> int:  # fmt: skip
     """Solve for motion and forces at the nodes; return the number of turns, 0 where these do not settle.
 
-    `start` are the rates at the step's start, and the forces there are in the contacts.
+    `until` is when it ends, and `start` are the rates at its start; the forces there are in the contacts.
     """
     at = plan[asm.AT_RAILS]
     unit = data[at + asm.RAIL_FORCE]
@@ -639,7 +639,7 @@ def _settle_step(
     for k in range(len(nodal.places)):
         for i in range(behind):
             nodal.rates[k, i] = start[i]
-    if not _know_paths(t, h, data, plan, w, wheels, nodal):
+    if not _know_paths(t, until, h, data, plan, w, wheels, nodal):
         return 0
     _know_rails(data, plan, nodal)
     _know_own_answers(h, solid, data, plan, wheels, nodal)
@@ -809,25 +809,25 @@ def _write_legendre(z: float, out: FloatArray) -> None:
 
 @uncounted_kernel
 def repeat_whole(
-    t: float, scales: FloatArray, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray, wheels: FloatArray,
-    pieces: FloatArray, Q: FloatArray, start: FloatArray, nodal: Nodal,
+    t: float, until: float, scales: FloatArray, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray,
+    wheels: FloatArray, pieces: FloatArray, Q: FloatArray, start: FloatArray, nodal: Nodal,
 ) -> None:  # fmt: skip
     """Solve a macro step again that has been solved before."""
     _, one, _, _, at, _, _, _, _ = places_of(data, plan)
     size = one * one + int(data[plan[asm.AT_RAILS] + asm.RAIL_AGAINST])
     _answer_at_nodes(nodal.values, nodal.integrals, data[at : at + size], nodal.row, nodal.solid[:size])
-    _settle_step(t, nodal.solid, data, plan, scales, w, wheels, pieces, Q, start, nodal)
+    _settle_step(t, until, nodal.solid, data, plan, scales, w, wheels, pieces, Q, start, nodal)
     _write_end(w, y, data, plan, nodal)
 
 
 @uncounted_kernel
 def solve_whole(
-    t: float, solid: FloatArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
+    t: float, until: float, solid: FloatArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
     y: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray, start: FloatArray, nodal: Nodal,
 ) -> int:  # fmt: skip
     """Solve a macro step from w to y; return its turns, 0 where it is to be marched."""
     unit = data[plan[asm.AT_RAILS] + asm.RAIL_FORCE]
-    turns = _settle_step(t, solid, data, plan, scales, w, wheels, pieces, Q, start, nodal)
+    turns = _settle_step(t, until, solid, data, plan, scales, w, wheels, pieces, Q, start, nodal)
     if turns == 0 or not _is_smooth(unit, nodal) or not _nothing_happens(data, plan, wheels, pieces, nodal):
         return 0
     return turns if _write_end(w, y, data, plan, nodal) else 0

@@ -7,6 +7,9 @@ contacts and moments of the forces march as on a stiff track (`multibody`), with
 2. they show each wheel its free motion over the next macro step;
 3. the march begins anew. What a wheel sees jumps there by the error of the interpolation, some 1e-12 m: a contact that
    this opens or closes is opened or closed.
+
+A macro step in which nothing happens is solved at once, if the method allows it (`whole_steps`). Between two such steps
+only the modes have work to do.
 """
 
 from __future__ import annotations
@@ -129,7 +132,7 @@ def rails_kernel(
                     K[FIRST_STAGE] = nodal.rates[-1]
                 answer = solid[(made[MADE] - 1) % len(local)]
                 turns = whole_steps.solve_whole(
-                    now, answer, data, plan, scales, w, end_of_state, wheels, pieces, Q, K[FIRST_STAGE], nodal
+                    now, until, answer, data, plan, scales, w, end_of_state, wheels, pieces, Q, K[FIRST_STAGE], nodal
                 )
                 at_once = turns > 0
                 S[passing.RATES_USED] += max(turns - 1, 0) * len(nodal.places)
