@@ -95,6 +95,20 @@ def test_no_maximum_of_a_force_is_lost_where_two_macro_steps_meet(method):
             assert np.diff(np.sort(logged)).min() > 1e-7  # none twice
 
 
+def test_energy_closes_where_a_path_breaks_on_the_end_of_a_macro_step():
+    slab = wt.tracks.Slab(**wt.tracks.Slab.example | {"cutoff": 1000.0, "bays": 160})
+    bump = wt.CosineBump(height=2e-4, length=0.05, start=0.005)
+    fields = {
+        "contact": wt.Hertz(), "irregularity": {"both": bump}, "rolling": "point", "track": slab, "speed": 9.0,
+        "creep": wt.creep.Polach(friction=0.35), "duration": 0.007,
+    }  # fmt: skip
+    record = wt.simulate(coach(**fields))
+    ends = record._march.rails.ends
+    assert np.abs(ends - 0.005 / 9.0).min() < 1e-12  # there the curvature of the path jumps, and the contact's constant
+    assert at_once(record).sum() > 20
+    assert float(record.energy.relative_imbalance) < 1e-7
+
+
 def test_a_force_at_its_maximum_is_that_of_the_record():
     record = wt.simulate(coach(duration=0.03))
     order = np.argsort(record.peaks.time.values)

@@ -9,6 +9,7 @@ import numpy as np
 
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import wheel_rows as wheel
+from wheeltapper.march import whole_steps
 from wheeltapper.march.assembly import LANES, PLACES, TO_RATE
 from wheeltapper.march.contact_laws import yield_energy
 from wheeltapper.march.crossing import corner_at, depends_on_rate
@@ -24,15 +25,6 @@ from wheeltapper.march.rates import rates
 from wheeltapper.march.sliders import deflection, enter_holds, rate_between_ends, slider_number
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, between
-from wheeltapper.march.whole_steps import (
-    Nodal,
-    keep_pieces,
-    nodal_for,
-    packed_nodes,
-    repeat_whole,
-    return_to_pieces,
-    state_within,
-)
 
 # Columns of the powers.
 (
@@ -47,18 +39,10 @@ PARTS = 4
 
 
 @kernel
-def _end_of(row: int, steps: FloatArray) -> float:
-    """Return when a step ends: when the next one begins, to the last digit."""
-    if row + 1 < steps.shape[0]:
-        return float(steps[row + 1, asm.STEP_TIME])
-    return float(steps[row, asm.STEP_TIME] + steps[row, asm.STEP_LENGTH])
-
-
-@kernel
 def _repeat_step(
     row: int, steps: FloatArray, states: FloatArray, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray,
     wheels: FloatArray, pieces: FloatArray, Q: FloatArray, K: FloatArray, P: FloatArray, F: FloatArray,
-    spare: FloatArray, scales: FloatArray, nodal: Nodal,
+    spare: FloatArray, scales: FloatArray, nodal: whole_steps.Nodal,
 ) -> bool:  # fmt: skip
     """Make one step again, with its dense solution; return True for one that is a macro step solved at once."""
     t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
@@ -79,8 +63,8 @@ def _repeat_step(
     enable_flanges(data, wheels)
     rates(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], True)
     if closed > 0.0:
-        keep_pieces(wheels, nodal)
-        repeat_whole(t, _end_of(row, steps), scales, data, plan, w, y, wheels, pieces, Q, K[FIRST_STAGE], nodal)
+        whole_steps.keep_pieces(wheels, nodal)
+        whole_steps.repeat_whole(t, scales, data, plan, w, y, wheels, pieces, Q, K[FIRST_STAGE], nodal)
         return True
     make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
     rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES], True)
@@ -91,13 +75,13 @@ def _repeat_step(
 @kernel
 def _state_at(
     t: float, x: float, at_once: bool, data: FloatArray, plan: IntArray, w: FloatArray, F: FloatArray,
-    wheels: FloatArray, nodal: Nodal, out: FloatArray,
+    wheels: FloatArray, nodal: whole_steps.Nodal, out: FloatArray,
 ) -> None:  # fmt: skip
     """Write the state at a time and place, 0 to 1, of a step that was repeated; contacts go to their pieces there."""
     if at_once:
-        return_to_pieces(data, plan, wheels, nodal)
+        whole_steps.return_to_pieces(data, plan, wheels, nodal)
         pass_breaks(t, data, plan, wheels)
-        state_within(x, data, plan, w, nodal, out)
+        whole_steps.state_within(x, data, plan, w, nodal, out)
     else:
         between(x, w, F, out)
 
@@ -114,7 +98,7 @@ def replay_kernel(
     w, y, spare = np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
     start_kernel(data, plan, start, w, wheels, pieces, np.empty(RUN_CARRIED))
-    nodal = nodal_for(gauss, n, wheels.shape[0], int(data[asm.TREADS]))
+    nodal = whole_steps.nodal_for(gauss, n, wheels.shape[0], int(data[asm.TREADS]))
     at_once = False
     row = -1
     entered = -1
@@ -316,7 +300,7 @@ def energy_kernel(
     w, y, spare, rate = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
     power = np.empty(POWERS_KEPT)
-    nodal = nodal_for(gauss, n, wheels.shape[0], int(data[asm.TREADS]))
+    nodal = whole_steps.nodal_for(gauss, n, wheels.shape[0], int(data[asm.TREADS]))
     start_kernel(data, plan, start, w, wheels, pieces, np.empty(RUN_CARRIED))
     works[:] = 0.0
     impulses[:] = 0.0
@@ -344,7 +328,7 @@ def energy_kernel(
                     for i in range(LANES):
                         impulses[row, o * LANES + i] += weight * wheels[o, wheel.NORMAL + i]
         if at_once:
-            pass_breaks(np.nextafter(_end_of(row, steps), t), data, plan, wheels)
+            pass_breaks(t + whole_steps.INSIDE * h, data, plan, wheels)
         contact_forces(t + h, data, plan, y, wheels)
         elastic[row, FINISHES] = _elastic_energy(data, plan, y, wheels, pieces)
         works[row, MATERIAL_POWER] -= _released_energy(data, wheels)
@@ -365,7 +349,7 @@ def replay(A: asm.Assembly, march: MultibodyMarch, times: FloatArray, rows: IntA
     replay_kernel(
         *asm.flattened_assembly(A), A.start, march.steps, march.states, rails.ends, rails.free, rails.local,
         rails.answers, times, rows, work.wheels, work.pieces, work.Q, out, out_rates, out_wheels, A.scales,
-        packed_nodes(_nodes_of(A)),
+        whole_steps.packed_nodes(_nodes_of(A)),
     )  # fmt: skip
     return out, out_rates, out_wheels
 
@@ -380,6 +364,6 @@ def works(A: asm.Assembly, march: MultibodyMarch, damping: FloatArray, places: I
     energy_kernel(
         *asm.flattened_assembly(A), A.start, march.steps, march.states, rails.ends, rails.free, rails.local,
         rails.answers, damping, places, 0.5 * (nodes + 1.0), 0.5 * weights, work.wheels, work.pieces, work.Q, *done,
-        A.scales, packed_nodes(_nodes_of(A)),
+        A.scales, whole_steps.packed_nodes(_nodes_of(A)),
     )  # fmt: skip
     return done

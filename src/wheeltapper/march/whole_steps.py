@@ -38,9 +38,9 @@ from wheeltapper.march.sliders import deflection
 from wheeltapper.march.wheel_paths import evaluate_paths, gather_motions, set_piece
 from wheeltapper.march.wheels import add_body_forces, creep_forces, normal_forces
 
-MOST_TURNS = 9
+MOST_ROUNDS = 9
 """Turns after which a step is given up."""
-SETTLED = 3e-8
+NODES_SETTLED = 3e-8
 """Error of the forces and of the states' changes that ends the turns, by how fast these have become smaller: static
 forces, and scales of the states."""
 POOR = 0.03
@@ -51,7 +51,17 @@ MOST_CORRECTIONS = 5
 ROUGHLY, CORRECTED = 1e-3, 1e-6
 """Newton's corrections of the forces of a wheel in a turn, and those that end them in the first turn and in later ones,
 in static forces; the error is their square or, with the matrix of the turn before, some hundredth of them."""
-TOGETHER, ACROSS = range(2)
+NODE_PLACES, NODE_WEIGHTS, NODE_MATRICES = range(3)
+NODE_VALUES, NODE_TRANSFORM, NODE_INTEGRALS, NODE_TWICE, NODE_BERNSTEIN, NODE_SLOPES = range(6)
+"""Rows of the packed matrices of the nodes, and the matrices by number."""
+FIRST_NODE = 0
+INSIDE = 1.0 - 1e-9
+"""Place in a step before which a path's break is within it; a later one is at its end."""
+CONSTANT, LINEAR = range(2)
+"""Legendre polynomials."""
+LEFT_AND_RIGHT, LEFT_OR_RIGHT = range(2)
+"""Sums of what both rails do together, and against one another."""
+SLIPS_ALONG, SLIPS_ACROSS = range(2)
 """Groups of slips: of both wheels along the rail, together and against one another; and across it."""
 
 
@@ -103,13 +113,21 @@ def packed_nodes(count: int) -> FloatArray:
 
 
 @kernel
+def _matrix(number: int, gauss: FloatArray) -> FloatArray:
+    """Return one of the packed matrices."""
+    q = gauss.shape[1]
+    return gauss[NODE_MATRICES + number * q : NODE_MATRICES + (number + 1) * q]
+
+
+@kernel
 def nodal_for(gauss: FloatArray, states: int, octets: int, treads: int) -> Nodal:
     """Return the matrices, and room."""
     q = gauss.shape[1]
     one = treads * q * HALF
     return Nodal(
-        gauss[0], gauss[1], gauss[2 : 2 + q], gauss[2 + q : 2 + 2 * q], gauss[2 + 2 * q : 2 + 3 * q],
-        gauss[2 + 3 * q : 2 + 4 * q], gauss[2 + 4 * q : 2 + 5 * q], gauss[2 + 5 * q :],
+        gauss[NODE_PLACES], gauss[NODE_WEIGHTS], _matrix(NODE_VALUES, gauss), _matrix(NODE_TRANSFORM, gauss),
+        _matrix(NODE_INTEGRALS, gauss), _matrix(NODE_TWICE, gauss), _matrix(NODE_BERNSTEIN, gauss),
+        gauss[NODE_MATRICES + NODE_SLOPES * q :],
         np.zeros((q, states)), np.zeros((q, states)), np.zeros((q, states)), np.zeros((octets, q, 2 * LANES)),
         np.zeros((treads, q, LANES)), np.zeros((treads, q, LANES)), np.zeros((treads, q, LANES)),
         np.zeros((octets, q, LANES)), np.zeros((octets, q, LANES)), np.zeros((treads, q, LANES)),
@@ -161,7 +179,7 @@ def answers_at_nodes(gauss: FloatArray, fours: int, answers: FloatArray, out: Fl
     q = gauss.shape[1]
     row = np.empty(fours * q * HALF)
     for place in range(len(answers)):
-        _answer_at_nodes(gauss[2 : 2 + q], gauss[2 + 2 * q : 2 + 3 * q], answers[place], row, out[place])
+        _answer_at_nodes(_matrix(NODE_VALUES, gauss), _matrix(NODE_INTEGRALS, gauss), answers[place], row, out[place])
 
 
 @kernel
@@ -188,11 +206,16 @@ def return_to_pieces(data: FloatArray, plan: IntArray, wheels: FloatArray, nodal
 
 @kernel
 def _know_paths(
-    t: float, until: float, h: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray, nodal: Nodal
+    t: float, h: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray, nodal: Nodal
 ) -> bool:  # fmt: skip
-    """Write the heights of the paths at the nodes; return False where a path has a kink or a jump in the step."""
-    last = np.nextafter(until, t)
+    """Write the heights of the paths at the nodes; return False where a path breaks so that these do not tell of it.
+
+    That is a kink, a jump, or a break before the first node or behind the last one.
+    """
+    last = t + INSIDE * h
     broken = passing.next_break(data, t, wheels) <= last
+    if passing.next_break(data, t, wheels) <= t + nodal.places[FIRST_NODE] * h:
+        return False
     if broken:
         keep_pieces(wheels, nodal)
     for k in range(len(nodal.places)):
@@ -209,9 +232,9 @@ def _know_paths(
                 nodal.paths[o, k, i] = L[wheel.ROW_PATH + i]
                 nodal.paths[o, k, LANES + i] = L[wheel.BULGE + i]
     if broken:
-        hardest = passing.pass_breaks(last, data, plan, wheels)
+        beyond = passing.next_break(data, t + nodal.places[-1] * h, wheels) <= last
         return_to_pieces(data, plan, wheels, nodal)
-        return bool(hardest == SOFT)
+        return not beyond
     return True
 
 
@@ -243,7 +266,7 @@ def _know_own_answers(
     """Write what a force at a node does to the gap of its own wheel at the nodes: by the rail, and by the wheelset."""
     nodes, one, _, _, _, _, _, _, _ = places_of(data, plan)
     against = int(data[plan[asm.AT_RAILS] + asm.RAIL_AGAINST])
-    light = nodal.change[0]
+    light = nodal.change[FIRST_NODE]
     for o in range(int(data[asm.TREADS])):
         L = wheels[o]
         for i in range(LANES):
@@ -305,7 +328,7 @@ def _press_rails(solid: FloatArray, data: FloatArray, plan: IntArray, nodal: Nod
     nodes, one, _, _, _, _, _, _, _ = places_of(data, plan)
     against = int(data[plan[asm.AT_RAILS] + asm.RAIL_AGAINST])
     treads = int(data[asm.TREADS])
-    together, apart = nodal.sums[0], nodal.sums[1]
+    together, apart = nodal.sums[LEFT_AND_RIGHT], nodal.sums[LEFT_OR_RIGHT]
     together[:] = 0.0
     apart[:] = 0.0
     for o in range(treads):
@@ -534,9 +557,9 @@ def _know_creep(h: float, data: FloatArray, plan: IntArray, wheels: FloatArray, 
             across = L[wheel.STIFF_Y + i] + L[wheel.STIFF_Y + HALF + i]
             square, arm = L[wheel.RADII + i] * L[wheel.RADII + i], L[wheel.ARM + i]
             if data[light + asm.PITCH] > 0.0 and data[asm.QUASI_STATIC] == 0.0:
-                creep[TOGETHER, i] = h * along * (data[light + asm.MOTION_X] + square * data[light + asm.PITCH])
-            creep[TOGETHER, HALF + i] = h * along * arm * arm * data[light + asm.YAW]
-            creep[ACROSS, i] = h * across * (data[light + asm.MOTION_Y] + square * data[light + ROLL])
+                creep[SLIPS_ALONG, i] = h * along * (data[light + asm.MOTION_X] + square * data[light + asm.PITCH])
+            creep[SLIPS_ALONG, HALF + i] = h * along * arm * arm * data[light + asm.YAW]
+            creep[SLIPS_ACROSS, i] = h * across * (data[light + asm.MOTION_Y] + square * data[light + ROLL])
         for group in range(2):
             M = nodal.slips[o, group]
             for k in range(q):
@@ -558,7 +581,7 @@ def _let_slips_settle(data: FloatArray, plan: IntArray, wheels: FloatArray, noda
             for k in range(q):
                 for i in range(HALF):
                     at = int(L[asm.BODY * LANES + i]) * PLACES + TO_RATE
-                    one, other = (asm.PITCH, asm.YAW) if group == TOGETHER else (asm.MOTION_Y, asm.MOTION_Y)
+                    one, other = (asm.PITCH, asm.YAW) if group == SLIPS_ALONG else (asm.MOTION_Y, asm.MOTION_Y)
                     change[k, i] = nodal.rates[k, at + one] - nodal.before[k, at + one]
                     change[k, HALF + i] = nodal.rates[k, at + other] - nodal.before[k, at + other]
             _substitute(nodal.slips[o, group], change)
@@ -570,14 +593,14 @@ def _let_slips_settle(data: FloatArray, plan: IntArray, wheels: FloatArray, noda
                 radius = L[wheel.RADII + i]
                 for k in range(q):
                     rates, before = nodal.rates[k], nodal.before[k]
-                    if group == ACROSS:
+                    if group == SLIPS_ACROSS:
                         less = before[at + asm.MOTION_Y] + change[k, i] - rates[at + asm.MOTION_Y]
                         rates[at + asm.MOTION_Y] += less
                         if data[light + asm.MOTION_Y] > 0.0:
                             rates[at + ROLL] += radius * data[light + ROLL] / data[light + asm.MOTION_Y] * less
                         continue
                     rates[at + asm.YAW] = before[at + asm.YAW] + change[k, HALF + i]
-                    if nodal.creep[o, TOGETHER, i] > 0.0:
+                    if nodal.creep[o, SLIPS_ALONG, i] > 0.0:
                         less = before[at + asm.PITCH] + change[k, i] - rates[at + asm.PITCH]
                         rates[at + asm.PITCH] += less
                         rates[at + asm.MOTION_X] -= (
@@ -616,17 +639,17 @@ def _still_left(change: float, last: float) -> float:
 @inlined_uncounted_kernel
 def _is_slow(change: float, last: float) -> bool:
     """Return True for a change that is not settled, and more than half as large as the last one."""
-    return not (change <= SETTLED or change < 0.5 * last)
+    return not (change <= NODES_SETTLED or change < 0.5 * last)
 
 
 @uncounted_kernel
 def _settle_step(
-    t: float, until: float, solid: FloatArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
+    t: float, solid: FloatArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
     wheels: FloatArray, pieces: FloatArray, Q: FloatArray, start: FloatArray, nodal: Nodal,
 ) -> int:  # fmt: skip
     """Solve for motion and forces at the nodes; return the number of turns, 0 where these do not settle.
 
-    `until` is when it ends, and `start` are the rates at its start; the forces there are in the contacts.
+    `start` are the rates at the step's start, and the forces there are in the contacts.
     """
     at = plan[asm.AT_RAILS]
     unit = data[at + asm.RAIL_FORCE]
@@ -639,14 +662,14 @@ def _settle_step(
     for k in range(len(nodal.places)):
         for i in range(behind):
             nodal.rates[k, i] = start[i]
-    if not _know_paths(t, until, h, data, plan, w, wheels, nodal):
+    if not _know_paths(t, h, data, plan, w, wheels, nodal):
         return 0
     _know_rails(data, plan, nodal)
     _know_own_answers(h, solid, data, plan, wheels, nodal)
     damped = False
     last, last_moved = np.inf, np.inf
     enough = ROUGHLY * unit
-    for turn in range(MOST_TURNS):
+    for turn in range(MOST_ROUNDS):
         _move_nodes(h, bodies, behind, w, nodal)
         _press_rails(solid, data, plan, nodal)
         _measure_gaps(data, plan, wheels, nodal)
@@ -664,13 +687,13 @@ def _settle_step(
         _rates_at_nodes(data, plan, wheels, pieces, Q, nodal)
         most = _take_forces(unit, nodal)
         moved = _largest_change(h, behind, scales, nodal)
-        if turn > 1 and max(_still_left(most, last), _still_left(moved, last_moved)) <= SETTLED:
+        if turn > 1 and max(_still_left(most, last), _still_left(moved, last_moved)) <= NODES_SETTLED:
             return turn + 1
         if damped:
             if _is_slow(most, last) or _is_slow(moved, last_moved):
                 return 0
             _let_slips_settle(data, plan, wheels, nodal)
-        elif turn > 1 and moved > max(POOR * last_moved, SETTLED):
+        elif turn > 1 and moved > max(POOR * last_moved, NODES_SETTLED):
             damped = True
             _know_creep(h, data, plan, wheels, nodal)
             _let_slips_settle(data, plan, wheels, nodal)
@@ -801,44 +824,44 @@ def state_within(x: float, data: FloatArray, plan: IntArray, w: FloatArray, noda
 @uncounted_kernel
 def _write_legendre(z: float, out: FloatArray) -> None:
     """Write Legendre's polynomials at z."""
-    out[0] = 1.0
-    out[1] = z
+    out[CONSTANT] = 1.0
+    out[LINEAR] = z
     for m in range(1, len(out) - 1):
         out[m + 1] = ((2 * m + 1) * z * out[m] - m * out[m - 1]) / (m + 1)
 
 
 @uncounted_kernel
 def repeat_whole(
-    t: float, until: float, scales: FloatArray, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray,
+    t: float, scales: FloatArray, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray,
     wheels: FloatArray, pieces: FloatArray, Q: FloatArray, start: FloatArray, nodal: Nodal,
 ) -> None:  # fmt: skip
     """Solve a macro step again that has been solved before."""
     _, one, _, _, at, _, _, _, _ = places_of(data, plan)
     size = one * one + int(data[plan[asm.AT_RAILS] + asm.RAIL_AGAINST])
     _answer_at_nodes(nodal.values, nodal.integrals, data[at : at + size], nodal.row, nodal.solid[:size])
-    _settle_step(t, until, nodal.solid, data, plan, scales, w, wheels, pieces, Q, start, nodal)
+    _settle_step(t, nodal.solid, data, plan, scales, w, wheels, pieces, Q, start, nodal)
     _write_end(w, y, data, plan, nodal)
 
 
 @uncounted_kernel
 def solve_whole(
-    t: float, until: float, solid: FloatArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
+    t: float, solid: FloatArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
     y: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray, start: FloatArray, nodal: Nodal,
 ) -> int:  # fmt: skip
     """Solve a macro step from w to y; return its turns, 0 where it is to be marched."""
     unit = data[plan[asm.AT_RAILS] + asm.RAIL_FORCE]
-    turns = _settle_step(t, until, solid, data, plan, scales, w, wheels, pieces, Q, start, nodal)
+    turns = _settle_step(t, solid, data, plan, scales, w, wheels, pieces, Q, start, nodal)
     if turns == 0 or not _is_smooth(unit, nodal) or not _nothing_happens(data, plan, wheels, pieces, nodal):
         return 0
     return turns if _write_end(w, y, data, plan, nodal) else 0
 
 
-TREND, BEST_TIME, BEST_FORCE, END_SLOPE = range(4)
+CLIMBS, BEST_TIME, BEST_FORCE, END_SLOPE = range(4)
 TRACKED = 4
 """What is known of a force while whole steps follow each other: whether it climbs (1) or descends (-1), 0 before the
 first; its largest maximum since it began to climb, and when, or its smallest value since it began to descend; and its
 derivative at the last step's end."""
-PROMINENT = 1e-6
+PROMINENT_FORCE = 1e-6
 """Smallest height of a maximum above its surroundings, in static forces."""
 
 
@@ -861,7 +884,7 @@ def _force_at(x: float, i: int, nodal: Nodal) -> tuple[float, float]:
     """Return a contact's force at a place of the step, and its derivative."""
     z = 2.0 * x - 1.0
     before, value, slope_before, slope = 1.0, z, 0.0, 1.0
-    force, growth = nodal.change[0, i], 0.0
+    force, growth = nodal.change[CONSTANT, i], 0.0
     for m in range(1, len(nodal.places)):
         force += nodal.change[m, i] * value
         growth += nodal.change[m, i] * slope
@@ -897,7 +920,7 @@ def _turn_within(low: float, high: float, f_low: float, f_high: float, i: int, n
 @uncounted_kernel
 def _pass_maximum(time: float, force: float, lane: int, tracked: FloatArray) -> None:
     """Take a local maximum."""
-    if tracked[TREND, lane] > 0.0 and force > tracked[BEST_FORCE, lane]:
+    if tracked[CLIMBS, lane] > 0.0 and force > tracked[BEST_FORCE, lane]:
         tracked[BEST_TIME, lane], tracked[BEST_FORCE, lane] = time, force
 
 
@@ -905,20 +928,20 @@ def _pass_maximum(time: float, force: float, lane: int, tracked: FloatArray) -> 
 def _pass_value(force: float, lane: int, least: float, tracked: FloatArray, peaks: FloatArray, S: FloatArray) -> None:
     """Take an extremum, or the force at a step's end; log the maximum that this leaves behind."""
     best = tracked[BEST_FORCE, lane]
-    if tracked[TREND, lane] > 0.0:
+    if tracked[CLIMBS, lane] > 0.0:
         if force < best - least:
             log_peak(tracked[BEST_TIME, lane], lane, best, 0.0, peaks, S)
-            tracked[TREND, lane], tracked[BEST_FORCE, lane] = -1.0, force
+            tracked[CLIMBS, lane], tracked[BEST_FORCE, lane] = -1.0, force
     elif force < best:
         tracked[BEST_FORCE, lane] = force
     elif force > best + least:
-        tracked[TREND, lane], tracked[BEST_FORCE, lane] = 1.0, -np.inf
+        tracked[CLIMBS, lane], tracked[BEST_FORCE, lane] = 1.0, -np.inf
 
 
 @uncounted_kernel
 def follow_forces(t: float, h: float, wheels: FloatArray, data: FloatArray, plan: IntArray, tracked: FloatArray, peaks: FloatArray, S: FloatArray, nodal: Nodal) -> None:  # fmt: skip  # noqa: E501
     """Follow all forces through a step, and log their maxima."""
-    q, least = len(nodal.places), PROMINENT * data[plan[asm.AT_RAILS] + asm.RAIL_FORCE]
+    q, least = len(nodal.places), PROMINENT_FORCE * data[plan[asm.AT_RAILS] + asm.RAIL_FORCE]
     for o in range(wheels.shape[0]):
         if wheels[o, wheel.AWAKE] == 0.0:
             continue
@@ -928,10 +951,10 @@ def follow_forces(t: float, h: float, wheels: FloatArray, data: FloatArray, plan
             if wheels[o, wheel.ON + i] == 0.0:
                 continue
             force, slope = _force_at(0.0, i, nodal)
-            if tracked[TREND, lane] == 0.0:
-                tracked[TREND, lane], tracked[BEST_FORCE, lane] = -1.0, force
+            if tracked[CLIMBS, lane] == 0.0:
+                tracked[CLIMBS, lane], tracked[BEST_FORCE, lane] = -1.0, force
                 if slope > 0.0:
-                    tracked[TREND, lane], tracked[BEST_FORCE, lane] = 1.0, -np.inf
+                    tracked[CLIMBS, lane], tracked[BEST_FORCE, lane] = 1.0, -np.inf
             elif tracked[END_SLOPE, lane] > 0.0 and slope <= 0.0:
                 _pass_maximum(t, force, lane, tracked)
             place = 0.0
@@ -958,14 +981,14 @@ def follow_forces(t: float, h: float, wheels: FloatArray, data: FloatArray, plan
 def end_following(t: float, wheels: FloatArray, tracked: FloatArray, peaks: FloatArray, S: FloatArray) -> None:
     """Log the maxima that forces have passed at a time after which no whole step follows."""
     for lane in range(tracked.shape[1]):
-        if tracked[TREND, lane] > 0.0:
+        if tracked[CLIMBS, lane] > 0.0:
             L, i = wheels[lane // LANES], lane % LANES
             if tracked[END_SLOPE, lane] > 0.0 and L[wheel.ON + i] != 0.0 and L[wheel.NORMAL_RATE + i] < 0.0:
                 _pass_maximum(t, L[wheel.NORMAL + i], lane, tracked)
                 tracked[END_SLOPE, lane] = -1.0
             if tracked[END_SLOPE, lane] < 0.0 and tracked[BEST_FORCE, lane] > -np.inf:
                 log_peak(tracked[BEST_TIME, lane], lane, tracked[BEST_FORCE, lane], 0.0, peaks, S)
-        tracked[TREND, lane] = 0.0
+        tracked[CLIMBS, lane] = 0.0
 
 
 @kernel

@@ -132,7 +132,7 @@ def rails_kernel(
                     K[FIRST_STAGE] = nodal.rates[-1]
                 answer = solid[(made[MADE] - 1) % len(local)]
                 turns = whole_steps.solve_whole(
-                    now, until, answer, data, plan, scales, w, end_of_state, wheels, pieces, Q, K[FIRST_STAGE], nodal
+                    now, answer, data, plan, scales, w, end_of_state, wheels, pieces, Q, K[FIRST_STAGE], nodal
                 )
                 at_once = turns > 0
                 S[passing.RATES_USED] += max(turns - 1, 0) * len(nodal.places)
@@ -172,9 +172,10 @@ def rails_kernel(
             return FULL
         now, step = S[passing.RUN_TIME], made[MADE]
         data[asm.RUN_END] = end
+        goes_on = False
         if at_once:
-            passing.pass_breaks(np.nextafter(now, 0.0), data, plan, wheels)
-        goes_on = at_once and passing.next_break(data, now, wheels) > now
+            hardest = passing.pass_breaks(np.nextafter(now, 0.0), data, plan, wheels)
+            goes_on = hardest == SOFT and passing.next_break(data, now, wheels) > now
         if made[FRESH] == 0 and not goes_on:
             contact_forces(now, data, plan, w, wheels)
         # -- the rails
