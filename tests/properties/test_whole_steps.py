@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.signal import find_peaks
 
 import wheeltapper as wt
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower import wagon_on_rails
 from wheeltapper.march import assembly as asm
+from wheeltapper.record import stored_rails
 
 COACH = wt.Wagon.erri_b176(1620.0)
 TRACK = wt.tracks.Ballasted.example | {"cutoff": 3000.0, "bays": 90, "first_sleeper": 0.21}
@@ -126,3 +128,15 @@ def test_a_file_tells_which_steps_were_solved_at_once(tmp_path):
     np.testing.assert_array_equal(at_once(record), at_once(again))
     times = np.linspace(0.0, 0.02, 301)
     np.testing.assert_array_equal(record.at(times).normal_force, again.at(times).normal_force)
+
+
+def test_files_of_before_have_all_macro_steps_marched(tmp_path, monkeypatch):
+    record = resolved(coach(duration=0.004), monkeypatch)
+    record.save(tmp_path / "a.nc")
+    now = record._lowered.assembly
+    before = now._replace(rails=np.delete(now.rails, stored_rails.LATER))
+    with xr.open_dataset(tmp_path / "a.nc") as data:
+        below, _ = stored_rails.read(data.load(), before, record.scenario)
+        np.testing.assert_array_equal(below.assembly.rails, now.rails)
+        with pytest.raises(wt.InputError, match="another track"):
+            stored_rails.read(data, now._replace(rails=now.rails[:5]), record.scenario)

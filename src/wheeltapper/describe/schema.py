@@ -24,8 +24,8 @@ class _WithType(GenerateJsonSchema):
         out["properties"] = {"type": {"const": name}} | out.get("properties", {})
         if name not in UNTYPED:
             out["required"] = ["type", *out.get("required", [])]
-        if hasattr(schema["cls"], "library"):
-            _take_a_name(out, schema["cls"].library())
+        if hasattr(schema["cls"], "published_names"):
+            _take_a_name(out, schema["cls"].published_names())
         out["description"] = out["description"].partition(HEADING)[0].strip()
         for field, words in field_descriptions(schema["cls"]).items():
             held = out["properties"][field]

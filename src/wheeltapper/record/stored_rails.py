@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 WAYS = ("together", "against")
 """Prefixes of the ways in which the rails move; one that is like the first has no ring in the file."""
+LATER = asm.RAIL_FORCE, asm.RAIL_AT_ONCE
+"""Numbers of the rails that earlier versions did not have."""
 
 
 def tables(below: OnRails, log: RailLog) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -64,14 +66,20 @@ def read(data: xr.Dataset, assembly: Assembly, scenario: Scenario) -> tuple[OnRa
     nodes, fours = below.track.method.nodes, fours_of(len(below.track.places))
     coefficients = 2 * fours * HALF * nodes
     moments = len(assembly.start) - late_rates(assembly) - coefficients
-    at_once = bool(assembly.rails[asm.RAIL_AT_ONCE] == 1.0)
-    expected = rails_array(nodes, fours, moments, below.track.rolls, below.track.units.force, at_once)
-    if not np.array_equal(assembly.rails, expected):
+    force = below.track.units.force
+    marched = rails_array(nodes, fours, moments, below.track.rolls, force, False)
+    rails = assembly.rails
+    if len(rails) == len(marched) - len(LATER):  # earlier versions marched every macro step
+        rails = np.insert(rails, LATER[0], [force, 0.0])
+    if len(rails) == len(marched):
+        marched[asm.RAIL_AT_ONCE] = rails[asm.RAIL_AT_ONCE] == 1.0
+    if not np.array_equal(rails, marched):
         raise InputError("", "assembly, rails", "those of another track", UNDAMAGED)
     try:
         made = tables_of(below.track, float(scenario.duration))
     except (ValueError, IndexError, np.linalg.LinAlgError) as error:
         raise InputError("", "task", f"numbers of no track ({error})"[:120], UNDAMAGED) from error
+    below = below._replace(assembly=assembly._replace(rails=rails))
     free = table(data, "rails_free", None, coefficients)
     end = stored.stored_attribute(data, "end", float)
     enough = float(made.grid.times(np.array(len(free)))) >= end * (1.0 - 1e-9)

@@ -253,6 +253,7 @@ def _read(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredWagon, Multibody
     check("static_force", static, static > 0.0, "positive forces")
     constant = stored.stored_attribute(data, "contact_constant", float)
     below, log = stored_rails.read(data, assembly, scenario)
+    assembly = assembly if below is None else below.assembly
     lowered = LoweredWagon(assembly, layout, structure, static, constant, stored.notes(data), below=below)
     return lowered, _march_of(data, assembly, scenario)._replace(rails=log)
 

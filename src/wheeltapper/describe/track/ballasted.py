@@ -118,6 +118,6 @@ class Ballasted(SupportedRail):
         return cls(**held | fields)
 
     @classmethod
-    def library(cls) -> list[str]:
+    def published_names(cls) -> list[str]:
         """Return the names that `named` takes."""
         return track_names()

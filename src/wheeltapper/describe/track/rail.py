@@ -78,7 +78,7 @@ class Rail(Noun):
         return cls(**published_rail(name) | fields)
 
     @classmethod
-    def library(cls) -> list[str]:
+    def published_names(cls) -> list[str]:
         """Return the names that `named` takes."""
         return rail_names()
 
