@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.ground.outcome import Outcome
 
 DIP = wt.Scenario(
     vehicle=wt.Wagon.erri_b176(), irregularity=wt.CosineBump(height=-5e-5, length=0.05, start=0.02), speed=20.0,
@@ -81,6 +82,20 @@ def test_with_material_damping_the_force_ends_before_the_indentation():
     assert at.item() > 1e-6
     free = WAVES.replaced({"contact": wt.Hertz(), AMPLITUDE: 4e-6})
     assert losses_of(free, "strict") == 0
+
+
+@pytest.mark.parametrize(("length", "speed"), [(0.022, 18.0), (0.03, 22.0)])
+def test_a_contact_that_closes_by_its_grip_while_it_is_indented_goes_on(length, speed):
+    """A rail springs back when a damped contact is lost; the next one begins before the indentation has ended."""
+    record = wt.simulate(FLAT.replaced(LOSSY | {LENGTH: length, "speed": speed}), "strict")
+    assert record.outcome is Outcome.COMPLETED
+    events = record.events
+    hits = events.isel(event=np.flatnonzero(events.kind.values == "impact"))
+    assert float(record.at(hits.time.values[:1]).indentation.max()) > 4e-5
+    force = record.at(hits.time.values[0] + np.linspace(0.0, 1e-5, 11)).normal_force
+    force = force.sel(wheelset=hits.wheelset.values[0], side=hits.side.values[0])
+    assert (np.diff(force.values) > 0.0).all()
+    assert float(record.energy.relative_imbalance) < 1e-6
 
 
 def test_a_dropped_wagon_has_lost_nothing_before_its_first_impact():

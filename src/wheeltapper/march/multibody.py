@@ -23,6 +23,7 @@ from wheeltapper.march.growths import find_growths, is_lossy, is_plastic
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import DONE, FULL, NOT_FINITE, SOFT, STALLED, TOO_MANY_EVENTS, FloatArray, IntArray
+from wheeltapper.march.rail_motion import catch_up
 from wheeltapper.march.rates import rates
 from wheeltapper.march.remembering import Laying, Paths, WagonMemory, change_paths, log_first_yields
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
@@ -205,6 +206,8 @@ def march_kernel(
         K[FIRST_STAGE] = K[STAGES]
         # -- go on
         if contact >= 0:
+            if lossy:
+                catch_up(data, plan, w, wheels)
             passing.switch_contacts(now, data, wheels, events, S)
             if plastic:
                 passing.switch_stretches(now, data, wheels, events, S)
@@ -218,6 +221,8 @@ def march_kernel(
             hardest = passing.pass_breaks(now, data, plan, wheels)
             contact_forces(now, data, plan, w, wheels)
             if hardest != SOFT:
+                if lossy:
+                    catch_up(data, plan, w, wheels)
                 passing.switch_contacts(now, data, wheels, events, S)
                 contact_forces(now, data, plan, w, wheels)  # a contact that a jump has closed presses at once
                 if plastic and passing.switch_stretches(now, data, wheels, events, S):

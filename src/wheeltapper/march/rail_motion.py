@@ -307,6 +307,23 @@ def write_lag_rates(data: FloatArray, plan: IntArray, wheels: FloatArray, out: F
                 out[begin + o * LANES + i] = (L[wheel.DELTA_RATE + i] - L[wheel.LATE_RATE + i]) / L[wheel.LAG_TIME + i]
 
 
+@kernel
+def catch_up(data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray) -> None:
+    """Let the rates that are states of open contacts be the present ones.
+
+    An open contact knows its rate at once, a closed one late. So one that closes by its grip, while it is indented,
+    would else fall back to the rate of a moment before, at which it would pull.
+    """
+    if plan[asm.AT_RAILS] == 0:
+        return
+    begin = _first_lag(data, plan)
+    for o in range(wheels.shape[0]):
+        L = wheels[o]
+        for i in range(LANES):
+            if L[wheel.AWAKE] != 0.0 and L[wheel.ON + i] == 0.0:
+                w[begin + o * LANES + i] = L[wheel.DELTA_RATE + i]
+
+
 @inlined_kernel
 def _first_lag(data: FloatArray, plan: IntArray) -> int:
     """Return where the indentations' rates stand in the state: behind the moments."""

@@ -30,7 +30,7 @@ from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import MultibodyMarch, RailLog
 from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import DONE, FULL, SOFT, FloatArray, IntArray
-from wheeltapper.march.rail_motion import begin_of_step, enter_macro_step
+from wheeltapper.march.rail_motion import begin_of_step, catch_up, enter_macro_step
 from wheeltapper.march.rails.modes import (
     AGAINST,
     TOGETHER,
@@ -227,6 +227,8 @@ def _meet_rails(
 ) -> None:  # fmt: skip
     """Compute what presses on the rails that a macro step begins with, and open and close what that changes."""
     contact_forces(now, data, plan, w, wheels)
+    if is_lossy(data):
+        catch_up(data, plan, w, wheels)
     passing.switch_contacts(now, data, wheels, events, S)
     contact_forces(now, data, plan, w, wheels)
     if is_plastic(data) and passing.switch_stretches(now, data, wheels, events, S):
