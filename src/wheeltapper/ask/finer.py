@@ -35,6 +35,8 @@ FINER, SHORTER = 1e-3, 0.5
 errors of their steps where the number of these depends on a field; so they do by some 1e-12."""
 SMALL = 1e-6
 """Change of the start by whose growth the amplification is found, in static indentations."""
+DECK_END = -1.0
+"""What happens to a wheel that comes on to a deck or leaves it, among kinds of events."""
 HEIGHTS, VELOCITIES = range(2)
 """What is changed of the start: all wheels' heights alike, or their velocities."""
 
@@ -201,10 +203,18 @@ class _OnRails:
         stays = _by_contact(march.seat_events, contract.EVENT_KIND, contract.EVENT_RATE)
         onsets = stays[:, 1] == contract.IMPACT  # else a rate may be zero but for rounding
         stays[:, -1] = np.where(onsets, np.sign(stays[:, -1]), 0.0)  # to which side friction slips, or a stop is met
-        return [_by_contact(march.events, contract.EVENT_KIND), stays]
+        rows = [
+            (time, DECK_END, 0.0, wheel)
+            for wheel in range(march.free.shape[1])
+            for time in march.found.changes_of(wheel)
+        ]  # fmt: skip
+        both = np.vstack([np.array(rows).reshape(-1, contract.EVENT_COLUMNS), march.events])
+        both = both[np.argsort(both[:, contract.EVENT_TIME], kind="stable")]
+        return [_by_contact(both, contract.EVENT_KIND), stays]
 
     def gentlest(self, lowered: LoweredOnRails, march: Marched) -> float:
-        events, (_, speed) = march.events.copy(), _units(lowered, march)
+        jumps = np.isin(march.events[:, contract.EVENT_TIME], march.found.changes)
+        events, (_, speed) = march.events[~jumps], _units(lowered, march)
         events[:, contract.EVENT_RATE] /= speed[events[:, contract.EVENT_CONTACT].astype(np.int64)]
         return _slowest(events)
 

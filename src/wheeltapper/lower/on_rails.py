@@ -189,6 +189,8 @@ class OnWheels(NamedTuple):
         On the laws.
     contact
         The contact as it is described.
+    deck
+        x of both ends of a deck, m; infinite where it has none.
     """
 
     plane: PlaneVehicle
@@ -199,6 +201,7 @@ class OnWheels(NamedTuple):
     contact_constant: float
     notes: tuple[Note, ...]
     contact: Any
+    deck: tuple[float, float] = (-np.inf, np.inf)
 
 
 def on_wheels(scenario: Scenario, usual: float | None = None) -> OnWheels:
@@ -223,8 +226,41 @@ def on_wheels(scenario: Scenario, usual: float | None = None) -> OnWheels:
     )  # fmt: skip
     return OnWheels(
         plane, bodies, tuple(law for law, _, _ in laws), stops_of(plane), forces, laws[0][1], laws[0][2],
-        scenario.contact,
+        scenario.contact, _ends_of(scenario),
     )  # fmt: skip
+
+
+def _ends_of(scenario: Scenario) -> tuple[float, float]:
+    """Return x of both ends of a deck, m; infinite where it has none."""
+    deck = scenario.track
+    if not isinstance(deck, FloatingDeck) or deck.start is None:
+        return -np.inf, np.inf
+    start = float(deck.start)
+    return start, start + float(np.inf if deck.length is None else deck.length)
+
+
+def _along_deck(
+    bodies: general.Bodies, vehicle: OnWheels, speed: float
+) -> tuple[general.Bodies, tuple[general.Change, ...]]:  # fmt: skip
+    """Return bodies as they are at the start, and what changes as wheels come on to a deck and leave it.
+
+    The static force of a wheel that is not on the deck acts there itself: the deck stays at rest below no wheel, too.
+    """
+    if np.isinf(vehicle.deck).all():
+        return bodies, ()
+    ahead = np.subtract.outer(vehicle.deck, vehicle.plane.positions)
+    enters, leaves = ahead / speed if speed > 0.0 else np.where(ahead > 0.0, np.inf, -np.inf)
+
+    def change_at(time: float) -> general.Change:
+        shapes = bodies.shapes.copy()
+        shapes[-1, : len(enters)] = np.where((enters <= time) & (time < leaves), -1.0, 0.0)
+        pressing = shapes[:, : len(enters)] @ vehicle.static_force / vehicle.plane.rails
+        return general.Change(time, shapes, pressing)
+
+    times = np.unique([enters, leaves])
+    changes = tuple(change_at(time) for time in times[(times > 0.0) & np.isfinite(times)].tolist())
+    _, shapes, load = change_at(0.0)
+    return bodies._replace(shapes=shapes, load=load), changes
 
 
 def stops_of(plane: PlaneVehicle) -> tuple[Stop, ...]:
@@ -339,7 +375,8 @@ def system_of(vehicle: OnWheels, under: UnderWheels, tables: Sequence[PathTable]
         bodies = bodies._replace(shapes=np.column_stack([shapes, *(shape for _, shape, _ in between)]))
     nowhere = np.zeros(0 if ring is None else len(ring.rates), dtype=complex)
     stay = tuple(_stayed(law, general.Port(nowhere, nowhere, gap)) for law, _, gap in between)
-    return general.System(bodies, contacts + stay, speed, ring)
+    bodies, changes = _along_deck(bodies, vehicle, speed)
+    return general.System(bodies, contacts + stay, speed, ring, changes)
 
 
 def method_on(ring: Ring | None, method: str) -> general.Method:

@@ -124,8 +124,8 @@ WAGON_ON_RAILS = Marcher(
 GENERAL = Marcher(
     "the general march",
     frozenset({
-        DAMPER_END, DAMPER_PLAY, DECK, FLEXIBLE_TRACK, ANOMALY, VOID, WHEELSETS, BOGIE, YIELDING, OWN_LAW, LINEAR,
-        BILATERAL, HYSTERESIS, PLACES, IRREGULARITY, POINT, START, *KINKS,
+        DAMPER_END, DAMPER_PLAY, DECK, DECK_ENDS, FLEXIBLE_TRACK, ANOMALY, VOID, WHEELSETS, BOGIE, YIELDING, OWN_LAW,
+        LINEAR, BILATERAL, HYSTERESIS, PLACES, IRREGULARITY, POINT, START, *KINKS,
     }),
 )  # fmt: skip
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
@@ -153,8 +153,8 @@ UNDAMPED_WAGONS = tuple(
     Marcher(one.name, one.covers - {HYSTERESIS, BILATERAL}, one.requires) for one in (WAGON, WAGON_ON_RAILS)
 )
 """The wagon's marches of contacts that lose their force where they part, and only there."""
-TURNED = _as_simulated(ANOMALY, VOID, DAMPER_PLAY, *KINKS)
-"""The general march of contacts that all go along the track."""
+TURNED = _as_simulated(ANOMALY, VOID, DAMPER_PLAY, DECK_ENDS, *KINKS)
+"""The general march of contacts that all go along the track, on the same bodies."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -80,6 +80,9 @@ def _parts_of(lowered: LoweredOnRails, system: general.System) -> dict[str, Any]
         out[head + "numbers"] = np.array([float(getattr(contact, name)) for name in CONTACT])
         if contact.port is not None:
             out |= {f"{head}port.{name}": value for name, value in contact.port._asdict().items()}
+    if system.changes:
+        for name, values in zip(general.Change._fields, zip(*system.changes, strict=True), strict=True):
+            out[f"changes.{name}"] = np.array(values)
     out["method"] = np.array(task.method, dtype=float)
     out["run"] = np.array([system.speed, task.duration])
     if lowered.modes is not None:
@@ -163,8 +166,20 @@ def _task_of(parts: dict[str, Any], wheels: int) -> tuple[general.Task, TrackMod
         held_modes = {name: parts[f"track.{name}"] for name in kind._fields if name != "ring"}
         modes = kind(ring=ring, **held_modes | {"cutoff": float(parts["track.cutoff"])})
     speed, duration = parts["run"].tolist()
-    system = general.System(bodies, tuple(made), speed, None if modes is None else modes.ring)
+    system = general.System(bodies, tuple(made), speed, None if modes is None else modes.ring, _changes_of(parts))
     return general.Task(system, method_of(parts["method"]), duration), modes
+
+
+def _changes_of(parts: dict[str, Any]) -> tuple[general.Change, ...]:
+    """Return what changes of the bodies."""
+    if "changes.time" not in parts:
+        return ()
+    times, shapes, load = (parts[f"changes.{name}"] for name in general.Change._fields)
+    bodies = parts["bodies.shapes"].shape, parts["bodies.load"].shape
+    if (shapes.shape, load.shape) != tuple((*times.shape, *shape) for shape in bodies) or times.ndim != 1:
+        raise InputError("", "task", f"changes of shape {shapes.shape}", UNDAMAGED)
+    check("task, changes", times, np.isfinite(times) & (np.diff(times, prepend=0.0) > 0.0), "rising times")
+    return tuple(general.Change(*one) for one in zip(times.tolist(), shapes, load, strict=True))
 
 
 def method_of(numbers: FloatArray) -> general.Method:

@@ -100,25 +100,44 @@ class Contact(NamedTuple):
     port: Port | None = None
 
 
+class Change(NamedTuple):
+    """What changes of the bodies at a time: a deck begins or ends below some wheels.
+
+    Attributes
+    ----------
+    time
+        s.
+    shapes, load
+        As in `Bodies`, from then on.
+    """
+
+    time: float
+    shapes: FloatArray
+    load: FloatArray
+
+
 class System(NamedTuple):
     """What is marched.
 
     Attributes
     ----------
     bodies
-        Vehicle, and what else has constant shapes.
+        Vehicle, and what else moves below it, as they are at the start.
     contacts
         One to sixteen.
     speed
         m/s.
     ring
         The track; None for a rigid rail.
+    changes
+        Of the bodies, in order, without a ring only.
     """
 
     bodies: Bodies
     contacts: tuple[Contact, ...]
     speed: float
     ring: Ring | None = None
+    changes: tuple[Change, ...] = ()
 
     @property
     def wheels(self) -> tuple[Contact, ...]:

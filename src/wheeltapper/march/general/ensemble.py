@@ -391,14 +391,12 @@ class _Block:
 
 
 def _one_by_one(tasks: Sequence[Task], shared: Shared, stopped: Callable[[], bool]) -> MarchedCells:
-    """March cells with contacts that stay where they are, to their ends; tell of the wheels alone."""
+    """March cells that do not go in step, to their ends; tell of the wheels alone."""
     status, parts = np.full(len(tasks), contract.FULL), [(np.empty((0, 4)), np.empty((0, 3)))]
     for number, task in enumerate(tasks):
         if stopped():
             break
-        found = general.run(
-            general.prepared_on(shared.track, task.system, task.method), task.duration, memory=task.memory
-        )
+        found = general.run(general.prepared_task(task, shared.track), task.duration, memory=task.memory)
         wheels = len(task.system.wheels)
         events, peaks = (
             table[table[:, column] < wheels] for table, column in ((found.events, 3), (found.peaks[:, :3], 2))
@@ -423,7 +421,7 @@ def march_all(
     def march_work(work: Work, stopped: Callable[[], bool]) -> None:
         with work.track as shared:
             mine = [tasks[number] for number in work.numbers]
-            if mine[0].system.ports:
+            if mine[0].system.ports or any(task.system.changes for task in mine):
                 found = _one_by_one(mine, shared, stopped)
             else:
                 found = _Block(mine, shared).march(until, stopped)
@@ -444,9 +442,7 @@ def march_alone(tasks: Sequence[Task], threads: int, read: Callable[[int, Found]
                 task = tasks[number]
                 read(
                     number,
-                    general.run(
-                        general.prepared_on(shared.track, task.system, task.method), task.duration, memory=task.memory
-                    ),
+                    general.run(general.prepared_task(task, shared.track), task.duration, memory=task.memory),
                 )
 
     on_threads(works_of(tasks, threads), threads, march_work)

@@ -11,7 +11,7 @@ from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.careful import sigmas_of
 from wheeltapper.march.general.march import Found
-from wheeltapper.march.general.replay import mapped, path_slopes, replay, rows_until
+from wheeltapper.march.general.replay import mapped, path_slopes, replay, rows_until, steps_at
 from wheeltapper.march.program import FloatArray
 
 
@@ -202,7 +202,8 @@ def works(found: Found, end: float) -> Works:
         at = replay(found, rule.times)
         lost += float(np.einsum("ti,ij,tj->t", at.velocity, system.bodies.damping, at.velocity) @ rule.weights)
         counted = at.force * rule.weights[:, None]
-        taken += (counted * (at.velocity @ system.bodies.shapes)).sum(axis=0)
+        for some, part in found.by_stretch(steps_at(found, rule.times)):
+            taken += (counted[some] * (at.velocity[some] @ part.prepared.system.bodies.shapes)).sum(axis=0)
         for i, one in enumerate(system.contacts):
             path[i] += system.speed * counted[:, i] @ path_slopes(one, one.start + system.speed * rule.times)
     for i in range(len(system.contacts)):
@@ -212,8 +213,10 @@ def works(found: Found, end: float) -> Works:
 
 def _of_bodies(found: Found, end: float) -> tuple[FloatArray, float]:
     """Return the bodies' energies at both ends, and the loads' work."""
-    bodies, at = found.prepared.system.bodies, replay(found, np.array([0.0, end]))
+    bodies, changes = found.prepared.system.bodies, found.changes
+    at = replay(found, np.array([0.0, *changes[changes < end], end]))
     kinetic = 0.5 * np.einsum("ti,ij,tj->t", at.velocity, bodies.mass, at.velocity)
     springs = 0.5 * np.einsum("ti,ij,tj->t", at.displacement, bodies.stiffness, at.displacement)
-    load = float((at.displacement[1] - at.displacement[0]) @ bodies.load)
-    return np.column_stack([kinetic, springs]), load
+    loads = [one.bodies.load for one in found.prepared.stretches] or [bodies.load]
+    load = sum(float(way @ own) for way, own in zip(np.diff(at.displacement, axis=0), loads, strict=False))
+    return np.column_stack([kinetic, springs])[[0, -1]], load

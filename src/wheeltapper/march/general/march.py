@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import log2
 from typing import Any, NamedTuple
 
@@ -11,13 +12,14 @@ from wheeltapper.march import program as numbers
 from wheeltapper.march.general import layout
 from wheeltapper.march.general import tables as tabulation
 from wheeltapper.march.general.basis import FLIGHT_DEGREE, flight_nodes, gauss_nodes
+from wheeltapper.march.general.borders import NOWHERE
 from wheeltapper.march.general.contract import DEFAULT, Bodies, Contact, Law, Memory, Method, System, Task
 from wheeltapper.march.general.crossings import DEEPEST
 from wheeltapper.march.general.eventful import EVENTFUL
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.laws.corners import STRETCH_BEGIN
 from wheeltapper.march.general.laws.free_play import PLAY_START
-from wheeltapper.march.general.paths import height_and_slope, heights, surface_at
+from wheeltapper.march.general.paths import enter_next_piece, height_and_slope, heights, piece_stop, surface_at
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
 from wheeltapper.march.general.stepping import MODES_EVERY, march_kernel
 from wheeltapper.march.general.structure import ComplexArray, Ring
@@ -46,8 +48,27 @@ class Start(NamedTuple):
     offsets: FloatArray
 
 
+class Stretch(NamedTuple):
+    """What bodies are between two of their changes.
+
+    Attributes
+    ----------
+    first
+        Macro step with which it begins.
+    bodies, tables
+        Of it.
+    """
+
+    first: int
+    bodies: Bodies
+    tables: Tables
+
+
 class Prepared(NamedTuple):
-    """A system whose tables are made: it can be marched again and again."""
+    """A system whose tables are made: it can be marched again and again.
+
+    Where bodies change there are `stretches`, of which `system` and `tables` are those of the first one.
+    """
 
     system: System
     method: Method
@@ -57,6 +78,21 @@ class Prepared(NamedTuple):
     data: Data
     start: Start
     motion: Motion
+    stretches: tuple[Stretch, ...] = ()
+
+    def in_stretch(self, number: int) -> Prepared:
+        """Return what holds in a stretch, as if it held all the time."""
+        one = self.stretches[number]
+        return self._replace(system=self.system._replace(bodies=one.bodies), tables=one.tables, stretches=())
+
+    def stretch_at(self, step: IntArray) -> IntArray:
+        """Return the stretches of macro steps."""
+        return np.searchsorted([one.first for one in self.stretches], step, side="right") - 1
+
+    def moved_at(self, number: int) -> IntArray:
+        """Return the contacts that press other bodies in a stretch than in the one before."""
+        before, after = (self.stretches[one].bodies.shapes for one in (number - 1, number))
+        return np.flatnonzero((before != after).any(axis=0))
 
 
 class Found(NamedTuple):
@@ -73,7 +109,8 @@ class Found(NamedTuple):
     events
         (events, 4): time in s, LOSS, IMPACT or YIELD, rate of indentation in m/s, contact.
     peaks
-        Maxima of a force, (peaks, 4): time in s, force in N, contact, and 1 where the path has a kink or jump there.
+        Maxima of a force, (peaks, 4): time in s, force in N, contact, and 1 where the path has a kink or jump there, or
+        a deck an end.
     logs
         For what is asked later; complete macro steps only.
     """
@@ -94,6 +131,25 @@ class Found(NamedTuple):
     def time(self) -> float:
         """How far the march came, s."""
         return float(self.prepared.grid.times(np.array(self.steps)))
+
+    @property
+    def changes(self) -> FloatArray:
+        """When stretches but the first one begin, s."""
+        return self.prepared.grid.times(np.array([one.first for one in self.prepared.stretches[1:]], np.int64))
+
+    def changes_of(self, contact: int) -> FloatArray:
+        """Return when a contact comes to other bodies, s."""
+        stretches = range(1, len(self.prepared.stretches))
+        return self.changes[[contact in self.prepared.moved_at(one) for one in stretches]]
+
+    def by_stretch(self, step: IntArray) -> Iterator[tuple[Any, Found]]:
+        """Return which of some macro steps lie in each stretch, and the march as if it were all of that stretch."""
+        if not self.prepared.stretches:
+            yield slice(None), self
+            return
+        which = self.prepared.stretch_at(step)
+        for number in np.unique(which).tolist():
+            yield np.flatnonzero(which == number), self._replace(prepared=self.prepared.in_stretch(number))
 
 
 # -- laws in the march's units ----------------------------------------------------------------------------------------
@@ -262,6 +318,8 @@ def prepare(
     `even`: all macro steps are equal, wherever wheels pass seats.
     """
     units = units_of(system.wheels, carried_loads(system))
+    if system.changes:
+        return _prepared_in_stretches(system, method, start, duration)
     return prepared_on(tabulation.track_tables(system, method, units, duration, even), system, method, start)
 
 
@@ -269,6 +327,56 @@ def prepared_on(track: tabulation.TrackTables, system: System, method: Method, s
     """Make the tables of a system whose track has tables already."""
     units, grid = units_of(system.wheels, carried_loads(system)), track.grid
     tables = tabulation.joined(track, tabulation.body_tables(system.bodies, grid, method, units), method, units)
+    return _at_start(system, method, units, grid, tables, start)
+
+
+def prepared_task(task: Task, track: tabulation.TrackTables) -> Prepared:
+    """Make the tables of a task whose track has tables already; they do not serve where bodies change."""
+    if task.system.changes:
+        return prepare(task.system, task.method, None, task.duration)
+    return prepared_on(track, task.system, task.method)
+
+
+SAME_TIME = 1e-9
+"""Part of a macro step; changes no farther from each other, from the start or from the end, are at one time."""
+
+
+def _prepared_in_stretches(system: System, method: Method, start: Start | None, duration: float) -> Prepared:
+    """Make the tables of a system whose bodies change; macro steps end where they do, and at the duration."""
+    if system.ring is not None or not np.isfinite(duration):
+        raise ValueError("bodies change on a rigid rail only, and within a finite time")
+    longest = tabulation.longest_step(None, method, system.bodies)
+    near, times, bodies = SAME_TIME * longest, [0.0], [system.bodies]
+    for time, shapes, load in system.changes:
+        if time >= duration - near:
+            break
+        changed = system.bodies._replace(shapes=shapes, load=load)
+        if time <= times[-1] + near:
+            bodies[-1] = changed
+        else:
+            times, bodies = [*times, time], [*bodies, changed]
+    system = system._replace(bodies=bodies[0])
+    units = units_of(system.wheels, carried_loads(system))
+    grid = tabulation.grid_between(np.array([*times, duration]), longest, system)
+    stretches = []
+    for number, (time, own) in enumerate(zip(times, bodies, strict=True)):
+        seconds, first = float(grid.lengths[number]), int(np.searchsorted(grid.which, number))
+        track = tabulation.tables_on(
+            tabulation.grid_between(np.array([0.0, seconds]), seconds, system), system, method, units
+        )
+        tables = tabulation.joined(track, tabulation.body_tables(own, track.grid, method, units), method, units)
+        clock = np.array([time - first * seconds, seconds])  # of steps counted from the start
+        stretches.append(Stretch(first, own, tables._replace(clock=clock)))
+    made = _at_start(system, method, units, grid, stretches[0].tables, start)
+    for one in stretches[1:]:
+        one.tables.bodies_read[:, :, 0, -1] += made.start.offsets / units.length
+    return made._replace(stretches=tuple(stretches))
+
+
+def _at_start(
+    system: System, method: Method, units: tabulation.Units, grid: tabulation.Grid, tables: Tables, start: Start | None
+) -> Prepared:  # fmt: skip
+    """Return a system with its tables where it starts, to which these then refer."""
     laws, table = _law_tables(system, units)
     pieces, ends = path_tables(system)
     starts = np.array([contact.start for contact in system.contacts])
@@ -576,9 +684,16 @@ def run(
     done, status = 0, numbers.RUNNING
     kept: list[Logs] = []
     while done < total and status in (numbers.RUNNING, numbers.FULL):
-        logs = _logs(prepared, min(chunk, total - done))
-        until = min(total, done + chunk)
-        status = march_kernel(done, until, prepared.tables, data, motion, stage, logs, room)
+        tables, until = prepared.tables, min(total, done + chunk)
+        if prepared.stretches:
+            stretch = int(prepared.stretch_at(np.array(done)))
+            if done and done == prepared.stretches[stretch].first:
+                passed = _pass_change(prepared._replace(data=data), stretch, motion)
+                kept[-1] = kept[-1]._replace(events=np.vstack([kept[-1].events, passed]))
+            tables = prepared.stretches[stretch].tables
+            until = min([until, *(one.first for one in prepared.stretches[stretch + 1 : stretch + 2])])
+        logs = _logs(prepared, until - done)
+        status = march_kernel(done, until, tables, data, motion, stage, logs, room)
         kept.append(_used(logs, done))
         done = int(logs.used[layout.LOGGED_STEPS])
         if tell(float(grid.times(np.array(done)))) and done < total:
@@ -589,6 +704,43 @@ def run(
             prepared = _over(prepared, marking.pieces(), motion, done)
             data = prepared.data._replace(careful=EVENTFUL.address)
     return _found(prepared, numbers.DONE if done >= total else int(status), done, duration, _joined(kept))
+
+
+def _pass_change(prepared: Prepared, stretch: int, motion: Motion) -> FloatArray:
+    """Go over to a stretch: what presses other bodies there has another indentation; return the rows of events.
+
+    Contacts are opened and closed as at a jump of the path (careful.py), and as `march/events.py` has it.
+    """
+    before, after = (prepared.stretches[one].tables.seconds[0] for one in (stretch - 1, stretch))
+    motion.contacts[:, [layout.IMPACT_AT, layout.LOSS_AT]] *= before / after
+    motion.contacts[:, layout.SMOOTH] = 0.0
+    first, bodies, _ = prepared.stretches[stretch]
+    system, data, length = prepared.system, prepared.data, prepared.units.length
+    rolled, stride = system.speed * float(prepared.grid.times(np.array(first))), system.speed * after
+    freedoms, heavy, events = len(bodies.mass), tabulation.heavy_of(bodies), []
+    for i in prepared.moved_at(stretch).tolist():
+        place, law, x = motion.contacts[i], data.laws[i], system.contacts[i].start + rolled
+        begin, end, loop, join = data.ends[i].astype(int).tolist()
+        while piece_stop(data.pieces, place, x, stride) <= SAME_TIME:  # a path that also breaks here
+            if enter_next_piece(data.pieces, begin, end, loop, join, place) < 0:
+                break
+        height, slope = height_and_slope(data.pieces, place, x, 1.0, 1.0, 0.0)
+        gap = (height + bodies.shapes[:, i] @ motion.bodies[:freedoms] + prepared.start.offsets[i]) / length
+        rate = (slope * system.speed + bodies.shapes[heavy, i] @ motion.bodies[freedoms:-1]) / length
+        place[[layout.IMPACT_AT, layout.LOSS_AT, layout.JOINED]] = -np.inf, np.inf, NOWHERE
+        if law[switch.LAW_PULLS] != 0.0:
+            place[layout.BEGAN] = gap
+            continue
+        place[layout.BEGAN] = max(gap, 0.0)
+        now = layout.TOUCHING if gap > 0.0 else layout.FLYING
+        if now == layout.TOUCHING and law[switch.LAW_RATED] and switch.trend(law, data.table, gap, rate) < 0.0:
+            now = layout.RELEASED
+        held = place[layout.FREE_NOW] == layout.TOUCHING
+        place[layout.FREE_NOW] = now
+        if held != (now == layout.TOUCHING):
+            events.append([first, 0.0, numbers.LOSS if held else numbers.IMPACT, rate, i])
+            place[layout.STRETCH_NOW] = place[layout.STRETCH_NOW] if held else 0.0
+    return np.array(events).reshape(-1, layout.EVENT_COLUMNS_GENERAL)
 
 
 def _over(prepared: Prepared, pieces: list[FloatArray], motion: Motion, done: int) -> Prepared:
@@ -676,7 +828,7 @@ AT_CORNER = 1e-9
 
 
 def _at_corners(prepared: Prepared, times: FloatArray, contact: FloatArray) -> FloatArray:
-    """Return 1 for the maxima that are at a kink or jump of their contact's path."""
+    """Return 1 for the maxima that are at a kink or jump of their contact's path, or where it comes to other bodies."""
     corner, stride = np.zeros(len(times)), prepared.system.speed * prepared.grid.longest
     for i, one in enumerate(prepared.system.contacts):
         pieces, own = one.pieces, np.flatnonzero(contact == i)
@@ -689,4 +841,7 @@ def _at_corners(prepared: Prepared, times: FloatArray, contact: FloatArray) -> F
         if len(hard):
             away = np.abs(x[:, None] - hard).min(axis=1)
             corner[own] = away <= AT_CORNER * stride + 1e-14 * np.abs(x)
+    for number, one in enumerate(prepared.stretches[1:], 1):
+        away = np.abs(times - prepared.grid.times(np.array(one.first)))
+        corner[np.isin(contact, prepared.moved_at(number)) & (away <= AT_CORNER * prepared.grid.longest)] = 1.0
     return corner

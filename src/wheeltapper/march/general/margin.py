@@ -55,7 +55,7 @@ def _wanted_rows(rows: FloatArray, events: FloatArray, losses: int, error: float
 def margin_of(found: Found, losses: int) -> float:
     """Return how far a march is from the `losses`-th loss of any of its contacts, m; negative where it happened."""
     prepared, logs = found.prepared, found.logs
-    data, tables, room = prepared.data, prepared.tables, room_of(len(prepared.motion.bodies))
+    data, room = prepared.data, room_of(len(prepared.motion.bodies))
     out = np.inf
     for i, place in enumerate(first_places(data)[: len(prepared.system.wheels)]):
         events = found.events[found.events[:, contract.EVENT_CONTACT] == i]
@@ -63,12 +63,15 @@ def margin_of(found: Found, losses: int) -> float:
         rows = logs.rows[logs.rows[:, layout.ROW_CONTACT] == i]
         lost = int((events[:, contract.EVENT_KIND] == contract.LOSS).sum())
         wanted = _wanted_rows(rows, events, losses, prepared.method.loss)
-        here = smallest_kernel(
-            rows, wanted, np.ascontiguousarray(logs.gaps[:, i]), tables.kernels[i],
-            tables.residual[i], data.macro, data.part, data.places, data.matrix, data.pieces, data.ends[i], place,
-            data.laws[i], data.table, data.settings, float(data.starts[i]), tables.which, tables.seconds, tables.clock,
-            room,
-        )  # fmt: skip
+        gaps, here = np.ascontiguousarray(logs.gaps[:, i]), np.inf
+        for some, part in found.by_stretch(rows[:, layout.ROW_STEP]):  # `place` goes along
+            tables = part.prepared.tables
+            smallest = smallest_kernel(
+                rows[some], wanted[some], gaps, tables.kernels[i], tables.residual[i], data.macro, data.part,
+                data.places, data.matrix, data.pieces, data.ends[i], place, data.laws[i], data.table, data.settings,
+                float(data.starts[i]), tables.which, tables.seconds, tables.clock, room,
+            )  # fmt: skip
+            here = min(here, smallest)
         none = 0.0 if lost >= losses else 1.0  # a loss that ends as it begins; or none before this one either
         out = min(out, here if np.isfinite(here) else none)
     return out * prepared.units.length

@@ -214,6 +214,11 @@ def _places(found: Found, times: FloatArray) -> tuple[IntArray, FloatArray]:
     return step, np.clip(at - step, 0.0, 1.0)
 
 
+def steps_at(found: Found, times: FloatArray) -> IntArray:
+    """Return the macro steps of some times, s."""
+    return _places(found, times)[0]
+
+
 def replay(found: Found, times: FloatArray) -> Replayed:
     """Return everything but the modes at some times, s."""
     contacts, freedoms = len(found.prepared.system.contacts), len(found.prepared.system.bodies.mass)
@@ -221,8 +226,10 @@ def replay(found: Found, times: FloatArray) -> Replayed:
     out = Replayed(*(np.empty((len(times), width)) for width in widths))
     for first in range(0, len(times), AT_ONCE):
         chunk = slice(first, first + AT_ONCE)
-        for whole, part in zip(out, _replayed(found, times[chunk]), strict=True):
-            whole[chunk] = part
+        step, theta = _places(found, times[chunk])
+        for some, part in found.by_stretch(step):
+            for whole, own in zip(out, _replayed(part, times[chunk][some], step[some], theta[some]), strict=True):
+                whole[chunk][some] = own
     return out
 
 
@@ -232,10 +239,9 @@ def _sampled_contacts(found: Found, step: IntArray, theta: FloatArray) -> list[A
     return [_sampled(rows_of(found, i, first, last), step, theta, pulls[i]) for i in range(len(pulls))]
 
 
-def _replayed(found: Found, times: FloatArray) -> tuple[FloatArray, ...]:
+def _replayed(found: Found, times: FloatArray, step: IntArray, theta: FloatArray) -> tuple[FloatArray, ...]:
     prepared = found.prepared
     system, units, tables = prepared.system, prepared.units, prepared.tables
-    step, theta = _places(found, times)
     values = legendre.legvander(2.0 * theta - 1.0, prepared.method.nodes - 1)
     phase = step % tables.matrices.shape[1]
     at = _sampled_contacts(found, step, theta)
@@ -280,9 +286,16 @@ def _body_states(found: Found, step: IntArray, theta: FloatArray, at: list[At]) 
 def pressed(found: Found, contact: int, times: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return indentation, m, and force, N, of one contact at some times, s, and nothing else; zero in flight."""
     indented, force = np.zeros((2, len(times)))
-    if not len(times):
-        return indented, force
     step, theta = _places(found, times)
+    for some, part in found.by_stretch(step) if len(times) else ():
+        indented[some], force[some] = _pressed(part, contact, times[some], step[some], theta[some])
+    return indented, force
+
+
+def _pressed(
+    found: Found, contact: int, times: FloatArray, step: IntArray, theta: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    indented, force = np.zeros((2, len(times)))
     rows, prepared = rows_of(found, contact, int(step.min()), int(step.max())), found.prepared
     index = np.clip(np.searchsorted(rows.starts, step + theta, side="right") - 1, 0, len(rows.rows) - 1)
     sigma = np.zeros(len(times))

@@ -142,8 +142,7 @@ def grid_of(system: System, method: Method, duration: float = np.inf, even: bool
     seconds, speed = longest_step(system.ring, method, system.bodies), system.speed
     one = np.array([0.0, seconds]), np.array([seconds]), np.zeros(1, np.int64), speed, 1
     if system.ring is None:
-        none = np.zeros(len(places))
-        return Grid(*one, none.astype(np.int64), none, 0, 1)
+        return grid_between(np.array([0.0, seconds]), seconds, system)
     spacing, seats = system.ring.spacing, system.ring.seats
     if speed == 0.0:
         bays = np.floor(places / spacing + SAME_PHASE)
@@ -170,6 +169,21 @@ def grid_of(system: System, method: Method, duration: float = np.inf, even: bool
     if seats > 1 and needed < grid.phases:
         grid = grid._replace(first=int(whole.min()), rows=int(needed))
     return grid
+
+
+def grid_between(times: FloatArray, longest: float, system: System) -> Grid:
+    """Return macro steps that end at rising times, s, from zero on; what lies between is divided evenly.
+
+    A track has no places where there are no seats.
+    """
+    spans, place = np.diff(times), np.zeros(len(system.wheels))
+    counts = np.maximum(np.ceil(spans / longest - 1e-9).astype(np.int64), 1)
+    divided = [
+        np.linspace(begin, end, count, endpoint=False)
+        for begin, end, count in zip(times[:-1], times[1:], counts, strict=True)
+    ]
+    ends, which = np.concatenate([*divided, times[-1:]]), np.repeat(np.arange(len(spans)), counts)
+    return Grid(ends, spans / counts, which, system.speed, 1, place.astype(np.int64), place, 0, 1)
 
 
 def _between_passages(places: FloatArray, bay: float, longest: float) -> tuple[FloatArray, IntArray]:
@@ -427,7 +441,7 @@ def track_tables(
         if key in _kept:
             _kept.move_to_end(key)
             return _kept[key][1]
-    made = _made_tables(system, method, units, grid)
+    made = tables_on(grid, system, method, units)
     size = _size_of(made)
     with _kept_lock:
         if size <= KEPT_BYTES:
@@ -448,7 +462,8 @@ def forget_tables() -> None:
         _kept.clear()
 
 
-def _made_tables(system: System, method: Method, units: Units, grid: Grid) -> TrackTables:
+def tables_on(grid: Grid, system: System, method: Method, units: Units) -> TrackTables:
+    """Return the tables of a system's track for given macro steps."""
     nodes = gauss_nodes(method.nodes)
     q, contacts = method.nodes, len(system.contacts)
     sets = parts_of(grid)[1]
