@@ -337,16 +337,21 @@ def prepared_task(task: Task, track: tabulation.TrackTables) -> Prepared:
     return prepared_on(track, task.system, task.method)
 
 
-SAME_TIME = 1e-9
-"""Part of a macro step; changes no farther from each other, from the start or from the end, are at one time."""
+SAME_TIME, SAME_TIME_OF_RATES = 1e-9, 1e-4
+"""Parts of a macro step; changes no farther from each other, from the start or from the end, are at one time. In much
+shorter steps the rates of indentations, on which some laws of wheels depend, are rounding."""
 
 
 def _prepared_in_stretches(system: System, method: Method, start: Start | None, duration: float) -> Prepared:
     """Make the tables of a system whose bodies change; macro steps end where they do, and at the duration."""
     if system.ring is not None or not np.isfinite(duration):
         raise ValueError("bodies change on a rigid rail only, and within a finite time")
-    longest = tabulation.longest_step(None, method, system.bodies)
-    near, times, bodies = SAME_TIME * longest, [0.0], [system.bodies]
+    longest, units = (
+        tabulation.longest_step(None, method, system.bodies),
+        units_of(system.wheels, carried_loads(system)),
+    )
+    rated = any(law_row(wheel, units, 0)[switch.LAW_RATED] for wheel in system.wheels)
+    near, times, bodies = (SAME_TIME_OF_RATES if rated else SAME_TIME) * longest, [0.0], [system.bodies]
     for time, shapes, load in system.changes:
         if time >= duration - near:
             break
@@ -356,7 +361,6 @@ def _prepared_in_stretches(system: System, method: Method, start: Start | None, 
         else:
             times, bodies = [*times, time], [*bodies, changed]
     system = system._replace(bodies=bodies[0])
-    units = units_of(system.wheels, carried_loads(system))
     grid = tabulation.grid_between(np.array([*times, duration]), longest, system)
     stretches = []
     for number, (time, own) in enumerate(zip(times, bodies, strict=True)):
@@ -841,7 +845,7 @@ def _at_corners(prepared: Prepared, times: FloatArray, contact: FloatArray) -> F
         if len(hard):
             away = np.abs(x[:, None] - hard).min(axis=1)
             corner[own] = away <= AT_CORNER * stride + 1e-14 * np.abs(x)
-    for number, one in enumerate(prepared.stretches[1:], 1):
-        away = np.abs(times - prepared.grid.times(np.array(one.first)))
+    for number, stretch in enumerate(prepared.stretches[1:], 1):
+        away = np.abs(times - prepared.grid.times(np.array(stretch.first)))
         corner[np.isin(contact, prepared.moved_at(number)) & (away <= AT_CORNER * prepared.grid.longest)] = 1.0
     return corner
