@@ -1,8 +1,8 @@
 """A program of its own for vehicles of straight stretches: matrix exponentials between events, bracketed roots.
 
 M·y'' + C·y' + K·y = Σ contacts·(N - N0) - Σ compression·F, y upwards from rest. Contacts are linear, over paths that
-are waves; the elements are dry friction with an elastic slider, and springs and dampers with corners. Nothing of the
-package is used.
+are waves; the elements are dry friction with an elastic slider, and springs and dampers with corners. One freedom may
+be a deck that lies below a contact for some time only, and takes N0 - N then. Nothing of the package is used.
 """
 
 from dataclasses import dataclass, field
@@ -17,7 +17,10 @@ STEP = 2e-5
 
 @dataclass
 class Contact:
-    """N = stiffness·δ, δ = N0/stiffness + path - y[freedom]; the path is Σ amplitude·sin(number·(x + offset))."""
+    """N = stiffness·δ, δ = N0/stiffness + path - y[freedom]; the path is Σ amplitude·sin(number·(x + offset)).
+
+    Between two times `on` y[deck] is added to δ.
+    """
 
     freedom: int
     stiffness: float
@@ -25,6 +28,9 @@ class Contact:
     waves: tuple = ()
     pulls: bool = False
     closed: bool = True
+    deck: int = -1
+    on: tuple = (np.inf, np.inf)
+    carried: bool = False
 
 
 @dataclass
@@ -67,8 +73,8 @@ class Corners:
         return self.forces[corner] - slope * self.places[corner], slope
 
 
-def _root(guard, A, state):
-    return brentq(lambda h: guard @ expm(A * h) @ state, 0.0, STEP, xtol=1e-18, rtol=1e-15)
+def _root(guard, A, state, until):
+    return brentq(lambda h: guard @ expm(A * h) @ state, 0.0, until, xtol=1e-18, rtol=1e-15)
 
 
 def run(mass, damping, stiffness, contacts, elements, speed, duration, start=None):
@@ -93,7 +99,8 @@ def run(mass, damping, stiffness, contacts, elements, speed, duration, start=Non
     rate = {id(one): np.pad(one.compression, (n, size - 2 * n)) for one in elements}
 
     def gap(one, i):
-        return one.static / one.stiffness * unit[-1] + paths[i] - unit[one.freedom]
+        below = unit[one.deck] if one.carried else 0.0
+        return one.static / one.stiffness * unit[-1] + paths[i] - unit[one.freedom] + below
 
     def flow():
         A = np.zeros((size, size))
@@ -101,9 +108,12 @@ def run(mass, damping, stiffness, contacts, elements, speed, duration, start=Non
         force = np.zeros((n, size))
         force[:, :n], force[:, n : 2 * n] = -np.asarray(stiffness), -np.asarray(damping)
         for i, one in enumerate(contacts):
-            force[one.freedom, -1] -= one.static
+            presses = -one.static * unit[-1]
             if one.closed:
-                force[one.freedom] += one.stiffness * gap(one, i)
+                presses = presses + one.stiffness * gap(one, i)
+            force[one.freedom] += presses
+            if one.carried:
+                force[one.deck] -= presses
         for one in elements:
             if isinstance(one, Friction):
                 pushes = one.side * one.force * unit[-1]
@@ -157,20 +167,39 @@ def run(mass, damping, stiffness, contacts, elements, speed, duration, start=Non
         else:
             one.stretch += 1 if what == "up" else -1
 
+    def come_to(time):
+        """Take contacts on to the deck and off it; what they then indent decides whether they press."""
+        for i, one in enumerate(contacts):
+            carried = one.on[0] <= time < one.on[1]
+            if carried == one.carried:
+                continue
+            one.carried = carried
+            if not one.pulls and (gap(one, i) @ state > 0.0) != one.closed:
+                one.closed = not one.closed
+                events.append((time, "contact", i, "impact" if one.closed else "loss"))
+
     events, time = [], 0.0
+    ends = sorted({time for one in contacts for time in one.on if 0.0 < time < duration})
+    come_to(0.0)
     A = flow()
     whole = expm(A * STEP)
     while time < duration:
-        later = whole @ state
+        step = min([STEP, *(end - time for end in ends[:1])])
+        later = (whole if step == STEP else expm(A * step)) @ state
         found = []
         for guard, told in guards():
             if guard @ later > 0.0:
                 at = 0.0
                 if guard @ state < 0.0:
-                    at = _root(guard, A, state)
+                    at = _root(guard, A, state, step)
                 found.append((at, told))
         if not found:
-            state, time = later, time + STEP
+            state, time = later, time + step
+            if step != STEP or time in ends:
+                time = ends.pop(0)
+                come_to(time)
+                A = flow()
+                whole = expm(A * STEP)
             continue
         at, told = min(found)
         state, time = expm(A * at) @ state, time + at
