@@ -197,10 +197,3 @@ def test_a_record_of_two_wheelsets_on_a_deck_goes_through_a_file(tmp_path):
     assert again.at(times).equals(record.at(times))
     assert again.energy.equals(record.energy)
     assert wt.plot(again) is not None
-
-
-def test_a_deck_with_ends_is_refused_below_several_wheelsets():
-    finite = BASE.replaced({"track": DECK.model_copy(update={"start": 0.1, "length": 1.0})})
-    assert wt.simulate(finite).end == finite.duration
-    with pytest.raises(wt.InputError, match=r"track.start.*a deck that begins or ends together with Wheelsets"):
-        wt.simulate(alone(finite))
