@@ -15,10 +15,10 @@ from wheeltapper.ground.needs import DECK, DECK_ENDS, Need
 class FloatingDeck(Track):
     """A rigid deck of mass M on a bearing K-C_d, prestressed: at rest at zero under the static wheel load N0.
 
-    M·ÿ_M = -(N - N0) - K·y_M - C_d·ẏ_M (the paper, equation 2.3, with the bearing's damping, which it omits). Below
-    several wheelsets, N and N0 are the sums of their forces; then it has no ends, except below a wagon. While the
-    wheel is off the deck, a constant force equal to the prestress acts instead. At entry the wheel replaces it; at exit
-    the indentation jumps by -y_M.
+    M·ÿ_M = -(N - N0) - K·y_M - C_d·ẏ_M (the paper, equation 2.3, with the bearing's damping, which it omits). While the
+    wheel is off the deck, a constant force equal to the prestress acts instead. At entry the wheel replaces it, and the
+    indentation jumps by y_M; at exit it jumps by -y_M. Below several wheelsets, N and N0 are the sums of the forces of
+    those that are on it, each of which replaces its own static force.
 
     Parameters
     ----------
@@ -33,8 +33,8 @@ class FloatingDeck(Track):
     length
         Length, m; None: the deck has no end.
     wheelset
-        On a wagon: the only wheelset that the deck carries. None: it carries every wheelset between its ends. While no
-        wheelset is on it, the static force of one acts instead.
+        On a wagon: the only wheelset that the deck carries. None: it carries every wheelset between its ends. Below a
+        wagon N0 is the static force of one wheelset, and acts while none is on the deck.
     """
 
     example: ClassVar[dict[str, Any]] = {"mass": 5000.0, "stiffness": 2e7, "damping": 1e4}
