@@ -244,7 +244,7 @@ def _along_deck(
 ) -> tuple[general.Bodies, tuple[general.Change, ...]]:  # fmt: skip
     """Return bodies as they are at the start, and what changes as wheels come on to a deck and leave it.
 
-    The static force of a wheel that is not on the deck acts there itself: the deck stays at rest below no wheel, too.
+    The deck is prestressed by the static forces of the wheels that are on it, so that it rests below none of them, too.
     """
     if np.isinf(vehicle.deck).all():
         return bodies, ()

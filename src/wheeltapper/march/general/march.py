@@ -346,10 +346,8 @@ def _prepared_in_stretches(system: System, method: Method, start: Start | None, 
     """Make the tables of a system whose bodies change; macro steps end where they do, and at the duration."""
     if system.ring is not None or not np.isfinite(duration):
         raise ValueError("bodies change on a rigid rail only, and within a finite time")
-    longest, units = (
-        tabulation.longest_step(None, method, system.bodies),
-        units_of(system.wheels, carried_loads(system)),
-    )
+    longest = tabulation.longest_step(None, method, system.bodies)
+    units = units_of(system.wheels, carried_loads(system))
     rated = any(law_row(wheel, units, 0)[switch.LAW_RATED] for wheel in system.wheels)
     near, times, bodies = (SAME_TIME_OF_RATES if rated else SAME_TIME) * longest, [0.0], [system.bodies]
     for time, shapes, load in system.changes:
@@ -662,7 +660,8 @@ def march(
         Is told the time now and then, s, and ends the march by returning True.
     """
     if static is not None:
-        system = system._replace(bodies=system.bodies._replace(load=system.bodies.shapes @ static))
+        changes = tuple(one._replace(load=one.shapes @ static) for one in system.changes)
+        system = system._replace(bodies=system.bodies._replace(load=system.bodies.shapes @ static), changes=changes)
     return run(prepare(system, method, start, duration), duration, tell)
 
 
