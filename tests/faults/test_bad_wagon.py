@@ -59,11 +59,6 @@ LAW = 'type = "Damper"\nalong = "z"\n'
         ("irregularity.right", 'irregularity."wheelset 5"', ("wheelset 5", "1 to 4")),
         ("irregularity.right", "irregularity.rihgt", ("rihgt", "left")),
         ('type = "Hertz"', 'type = "Hertz"\nconstant = 1e11', ("contact.constant", "constant_per_wheel")),
-        (
-            'type = "Hertz"',
-            'type = "Linear"\nstiffness = 1e9\nbilateral = true',
-            ("contact", "a contact that also pulls together with a Wagon", "a contact that only pushes"),
-        ),
         ('type = "Hertz"', 'type = "Hertz"\nhysteresis = -0.2', ("contact.hysteresis", "greater than or equal to 0")),
         ("speed = 5.0", "speed = 5.0\nstart = {hight = 0.001}", ("start", "hight")),
         ('"ErriB176"', '"ErriB176"\nwithout = ["damper 9"]', ("vehicle.elements", "damper 9", "primary spring 1 left")),

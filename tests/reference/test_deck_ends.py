@@ -485,3 +485,34 @@ def test_maps_over_a_deck_with_ends_are_runs():
         for wheelset in (1, 2):
             found = chart.largest_force.sel({"track.start": start, "wheelset": wheelset}).item()
             assert found == pytest.approx(peaks.normal_force.values[peaks.wheelset.values == wheelset].max(), rel=1e-12)
+
+
+@pytest.mark.parametrize("start", [None, 0.1])
+def test_a_deck_below_one_wheelset_leaves_the_others_alone(start):
+    bump = wt.CosineBump(height=2e-4, length=0.05, start=0.2)
+    deck = wt.FloatingDeck(mass=4e3, stiffness=2e7, damping=1e4, start=start, length=start and 2.0)
+    alone = wt.Scenario(
+        vehicle=wt.Wheelset(mass=1200, load=9e4), irregularity=bump, rolling="point", speed=10.0, duration=0.15
+    )  # fmt: skip
+    pair = alone.replaced({
+        "vehicle": wt.Wheelsets(wheelsets=(alone.vehicle, alone.vehicle), positions=(0.0, -0.9)),
+        "track": deck.model_copy(update={"wheelset": 2}),
+    })  # fmt: skip
+    record = wt.simulate(pair, "strict")
+    moved = deck.model_copy(update={"start": None if start is None else start + 0.9})
+    behind = alone.replaced({"irregularity": bump.moved(0.9), "track": moved})
+    for number, other in enumerate((alone, behind), 1):
+        own, lone = record.events.time[record.events.wheelset == number], wt.simulate(other, "strict").events.time
+        assert len(own) == len(lone) >= 2
+        np.testing.assert_allclose(own, lone, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize(("vehicle", "found", "allowed"), [
+    (wt.Wheelset(mass=1200, load=9e4), 2, "1, or none"),
+    (wt.vehicles.Bogie.example, 3, "1 to 2"),
+])  # fmt: skip
+def test_a_deck_below_a_wheelset_that_is_not_there_is_refused(vehicle, found, allowed):
+    vehicle = wt.vehicles.Bogie(**vehicle) if isinstance(vehicle, dict) else vehicle
+    deck = wt.FloatingDeck(mass=4e3, stiffness=2e7, wheelset=found)
+    with pytest.raises(wt.InputError, match=f"track.wheelset: found {found}; allowed: {allowed}"):
+        wt.Scenario(vehicle=vehicle, track=deck, speed=10.0, duration=0.01)

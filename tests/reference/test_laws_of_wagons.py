@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import wheeltapper as wt
 from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, half_coach
@@ -130,6 +131,11 @@ def lossy(d, rate):
     return C * max(d, 0.0) ** 1.5 * max(1.0 + CHI * rate, 0.0)
 
 
+def bent(d, rate):
+    """Return a force that no other law has, and no clip."""
+    return C * d**1.5 * (1.0 + 400.0 * d) * (1.0 + CHI * rate + 0.3 * np.sin(5.0 * rate))
+
+
 @pytest.mark.parametrize(
     ("contact", "force", "hold", "static"),
     [
@@ -139,6 +145,11 @@ def lossy(d, rate):
         ),
         (
             wt.Linear(stiffness=2 * K), lambda d, _: K * max(d, 0.0), lambda d, _: d, 0.5 * MASS * GRAVITY / K,
+        ),
+        (
+            wt.contact.Law(lambda d, rate: 2.0 * bent(d, rate)), lambda d, rate: max(bent(max(d, 0.0), rate), 0.0),
+            lambda d, rate: min(d, 1e-4 * (1.0 + CHI * rate + 0.3 * np.sin(5.0 * rate))),
+            brentq(lambda d: bent(d, 0.0) - 0.5 * MASS * GRAVITY, 0.0, 1e-3, xtol=1e-18),
         ),
     ],
 )  # fmt: skip

@@ -70,7 +70,7 @@ class Readings(NamedTuple):
 def readings_of_wagon(lowered: LoweredWagon, found: MultibodyMarch) -> Readings:
     """Return the readings of a wagon's run, of all its treads."""
     A = lowered.assembly
-    static, damped = float(A.numbers[asm.STATIC_INDENTATION]), bool(A.numbers[asm.CONTACT_LAW] == asm.LOSSY)
+    static, damped = float(A.numbers[asm.STATIC_INDENTATION]), A.numbers[asm.CONTACT_LAW] in (asm.LOSSY, asm.OWN_RATED)
     rows = np.array([ROW_DELTA, DELTA_RATE, *([GRIP] if damped else [])])
     treads = np.flatnonzero(A.lanes[: int(A.numbers[asm.TREADS]), asm.SIDE].ravel())
 

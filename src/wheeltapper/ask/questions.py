@@ -14,13 +14,12 @@ TANGENTS = run.Question("gradient", run.GRADIENT.meaning, (run.WHEEL, *run.TURNE
 """What has exact derivatives: those of the steps that were made."""
 GRADIENT = replace(run.GRADIENT, marchers=run.MARCHERS, lacks=frozenset())
 """Anything: where there are no tangents, derivatives are differences of whole runs."""
-BORDER = replace(
-    run.BORDER,
-    marchers=(
-        run.WHEEL, *run.PARTING, run.WAGON, run.WAGON_ON_RAILS, *_BY_RUNS,
-        run.Marcher(run.GENERAL.name, run.GENERAL.covers - {BILATERAL}),
-    ),
-)  # fmt: skip
+_PARTING = (
+    run.Marcher(one.name, one.covers - {BILATERAL}, one.requires)
+    for one in (run.WAGON, run.WAGON_ON_RAILS, run.GENERAL)
+)
+"""Marches of contacts that can be lost."""
+BORDER = replace(run.BORDER, marchers=(run.WHEEL, *run.PARTING, *_BY_RUNS, *_PARTING))
 QUESTIONS = run.QUESTIONS | {question.name: question for question in (SWEEP, GRADIENT, BORDER)}
 """All questions by name, in the order of the table of abilities."""
 

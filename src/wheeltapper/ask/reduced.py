@@ -18,7 +18,7 @@ from wheeltapper.describe.vehicle.element import Damper, Spring
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.needs import LINEAR
+from wheeltapper.ground.needs import LINEAR, OWN_LAW
 from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.labels import LABELS
@@ -68,8 +68,15 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
     held = [element for element in wagon.elements if name in element.between]
     stiffness = sum(element.stiffness[2] for element in held if isinstance(element, Spring))
     damping = sum(element.slopes[2] for element in held if isinstance(element, Damper))
-    linear = LINEAR in scenario.needs
-    indentation = (force / constant) ** (1.0 if linear else 2.0 / 3.0)
+    contact = scenario.contact
+    if OWN_LAW in scenario.needs:
+        indentation = 0.0  # the march of such a wheelset counts its spring from rest
+    elif LINEAR in scenario.needs:
+        indentation = force / constant
+    else:
+        indentation = (force / constant) ** (2.0 / 3.0)
+        loss = contact.hysteresis_factor or None
+        contact = Hertz(constant=constant, curvature=contact.follows_curvature, hysteresis=loss)
     vehicle = Wheelset(
         mass=axle.mass,
         load=force + stiffness * indentation - axle.mass * wagon.gravity,
@@ -78,11 +85,6 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
         radius=axle.radius,
         gravity=wagon.gravity,
     )
-    if linear:
-        contact = scenario.contact
-    else:
-        loss = scenario.contact.hysteresis_factor or None
-        contact = Hertz(constant=constant, curvature=scenario.contact.follows_curvature, hysteresis=loss)
     return Scenario(
         vehicle=vehicle,
         track=_met_track(scenario, wheelset, axle.position),

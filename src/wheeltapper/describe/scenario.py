@@ -140,7 +140,9 @@ class Scenario(Noun):
         if isinstance(self.vehicle, Wagon):
             self._check_wagon(self.vehicle)
             return self
-        check_places(self.irregularity, len(getattr(self.vehicle, "positions", (0.0,))), sides=False)
+        wheelsets = len(getattr(self.vehicle, "positions", (0.0,)))
+        self._check_deck(wheelsets)
+        check_places(self.irregularity, wheelsets, sides=False)
         if isinstance(self.contact, Hertz) and self.contact.idle:
             raise self.contact.idle.within("contact")
         return self
@@ -150,16 +152,19 @@ class Scenario(Noun):
         if wheels > 2:
             raise InputError("", "vehicle.wheels", str(wheels), "2, half on each of two rails, or 1, on one rail")
 
+    def _check_deck(self, wheelsets: int) -> None:
+        under = getattr(self.track, "wheelset", None)
+        if under is not None and under > wheelsets:
+            raise InputError("", "track.wheelset", str(under), f"1 to {wheelsets}" if wheelsets > 1 else "1, or none")
+
     def _check_wagon(self, wagon: Wagon) -> None:
+        self._check_deck(len(wagon.axles))
         check_places(self.irregularity, len(wagon.axles))
         if getattr(self.contact, "constant", None) is not None:
             raise InputError(
                 "", "contact.constant", f"{self.contact.constant:g}, of a wheelset, on a Wagon",
                 "constant_per_wheel, or none to take it from the profiles",
             )  # fmt: skip
-        under = getattr(self.track, "wheelset", None)
-        if under is not None and under > len(wagon.axles):
-            raise InputError("", "track.wheelset", str(under), f"1 to {len(wagon.axles)}")
         if self.creep is not None and self.speed == 0:
             raise InputError("", "speed", "0 m/s with creep forces", "more than 0 m/s")
 

@@ -28,7 +28,7 @@ from wheeltapper.lower.build import path_table
 from wheeltapper.lower.known import check_known
 from wheeltapper.lower.marks import SAMPLES, MarkedPath, Surface
 from wheeltapper.lower.numbers import METHODS, Method, contact_alone, hysteresis_factor, units_of
-from wheeltapper.lower.own_law import tabulated_law
+from wheeltapper.lower.own_law import table_note, tabulated_law
 from wheeltapper.lower.plastic import patch_semi_axis, stretched_rows, virgin_pieces
 from wheeltapper.lower.plausible import implausible_notes
 from wheeltapper.lower.rail_memory import RailMemory
@@ -58,7 +58,6 @@ KINKED_STEP = 0.5
 is smoothed. On rails the track's modes make it short."""
 TABLE_BYTES = 50.0
 """Memory for each place in a bay, node and mode, while tables of single precision are made."""
-DOUBTFUL_TABLE = 1e-5
 """Error of a law's table from which on its note is a warning."""
 VIRGIN = Note(
     'each wheel rolls over virgin rail; with rolling="point" wheels meet the marks of those before them', "virgin rail"
@@ -216,7 +215,8 @@ def on_wheels(scenario: Scenario, usual: float | None = None) -> OnWheels:
     laws = [law_of(scenario, wheelset, rails, usual) for wheelset in plane.wheelsets]
     shapes = np.eye(len(plane.freedoms), wheels)
     if plane.freedoms[-1] == DECK:
-        shapes[-1] = -1.0
+        only = scenario.track.wheelset
+        shapes[-1] = -1.0 if only is None else -np.eye(wheels)[only - 1]
     start = scenario.start
     raised = np.empty((2, 0)) if isinstance(start, str) else np.tile([[start.displacement], [start.velocity]], wheels)
     follows = np.array([[name in (f"wheelset {i + 1}", end_name(i)) for i in range(wheels)] for name in plane.freedoms])
@@ -253,7 +253,7 @@ def _along_deck(
 
     def change_at(time: float) -> general.Change:
         shapes = bodies.shapes.copy()
-        shapes[-1, : len(enters)] = np.where((enters <= time) & (time < leaves), -1.0, 0.0)
+        shapes[-1, : len(enters)] *= (enters <= time) & (time < leaves)
         pressing = shapes[:, : len(enters)] @ vehicle.static_force / vehicle.plane.rails
         return general.Change(time, shapes, pressing)
 
@@ -534,9 +534,7 @@ def law_of(
     contact = scenario.contact
     if isinstance(contact, Law):
         law, table = tabulated_law(contact, rails)
-        text = f"the table of the contact's law differs from the function by at most {table.error:.2g} of its force"
-        note = Note(text, "own law", table.error, doubtful=table.error > DOUBTFUL_TABLE)
-        return law, table.constant, (note,)
+        return law, table.constant, (table_note(table.error),)
     alone = contact_alone(scenario, wheelset)
     constant = float(units_of(alone).contact_constant)
     if isinstance(contact, Linear):

@@ -1,4 +1,4 @@
-"""A law of one's own as a table for the general march: N = δ^e·s(v, δ'), v = sqrt(δ/δ_most), s in cells."""
+"""A law of one's own as a table: N = δ^e·s(v, δ'), v = sqrt(δ/δ_most), s in cells."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.law import Law
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.notes import Note
+from wheeltapper.march.contact_laws import OWN_RULE
 from wheeltapper.march.general import contract as general
-from wheeltapper.march.general.laws import switch
+from wheeltapper.march.general.laws import switch, tabulated
 
 FloatArray = NDArray[np.float64]
 FASTEST = 5.0
@@ -33,6 +35,14 @@ NEAR = 1e-6
 """Indentation over the largest at which the power of the force is checked."""
 SLOPE = 0.05
 """Allowed difference of that power from the exponent."""
+DOUBTFUL_TABLE = 1e-5
+"""Error of a table over the function's size from which on a run is doubtful."""
+LEAST_DEPTH = 1e-9
+"""Smallest indentation, m, at which a wheel is looked for."""
+WHEELS = 2.0
+"""Of a wheelset, whose force the function is."""
+ASIDE = 1e-3
+"""Rate at which the damping of a law at rest is found, m/s."""
 
 
 class LawTable(NamedTuple):
@@ -61,6 +71,60 @@ def tabulated_law(law: Law, rails: float = 1.0) -> tuple[general.Law, LawTable]:
     table = law_table(law)
     numbers = [law.exponent, law.largest, *table.shape[:2], 0.0, 0.0, *table.shape[2:]]
     return general.Law(switch.TABULATED, np.array(numbers), table.cells / rails), table
+
+
+def table_note(error: float) -> Note:
+    """Return what the user should know of a table with an error over the function's size."""
+    text = f"the table of the contact's law differs from the function by at most {error:.2g} of its force"
+    return Note(text, "own law", error, doubtful=error > DOUBTFUL_TABLE)
+
+
+def flat_law(law: Law) -> tuple[FloatArray, LawTable]:
+    """Return the rows of one wheel's part of a law, as the wagon's march takes them, and the table of the whole.
+
+    The first row holds the numbers. The others are the cells, with the work of indenting up to each of them in the last
+    column, J.
+    """
+    made, table = tabulated_law(law, WHEELS)
+    width = max(made.table.shape[1], tabulated.TABLE_RATE_TERMS) + 1
+    rows = np.zeros((1 + len(made.table), width))
+    rows[0, 1 : 1 + len(made.numbers)] = made.numbers
+    rows[1:, : made.table.shape[1]] = made.table
+    rows[1:, -1] = np.tile(_work_before(law, made.table, table.shape), table.shape[4])
+    return rows, table
+
+
+def _work_before(law: Law, cells: FloatArray, shape: tuple[int, int, float, float, int, int]) -> FloatArray:
+    """Return the work of indenting up to each cell in v at rest, J."""
+    many, terms, slowest, width, bands, rate_terms = shape
+    band = min(max(int(-slowest / width), 0), bands - 1)
+    rho = 2.0 * (-slowest / width - band) - 1.0
+    at_rest = cells.reshape(bands, many, terms, rate_terms)[band] @ rho ** np.arange(rate_terms)
+    place, weight = np.array(OWN_RULE).T
+    v = (np.arange(many)[:, None] + place) / many
+    share = np.maximum(at_rest @ _powers(2.0 * place - 1.0, terms).T, 0.0)
+    work = (weight * 2.0 * v * law.largest * (law.largest * v**2) ** law.exponent * share).sum(axis=1) / many
+    return np.concatenate([[0.0], np.cumsum(work)[:-1]])
+
+
+def indentation_under(law: Law, force: float) -> float:
+    """Return the smallest indentation at which the law of a wheelset bears a force, N, at rest, m."""
+    from scipy.optimize import brentq
+
+    depths = np.geomspace(LEAST_DEPTH, law.largest, 400)
+    borne = np.flatnonzero(law.values(depths, np.zeros(len(depths))) >= force)
+    if len(borne) == 0:  # its table goes on with the power
+        return float(law.largest * (force / law.values(depths[-1:], np.zeros(1))[0]) ** (1.0 / law.exponent))
+    if borne[0] == 0:
+        return LEAST_DEPTH
+    ends = float(depths[borne[0] - 1]), float(depths[borne[0]])
+    return float(brentq(lambda depth: float(law.values(np.array([depth]), np.zeros(1))[0]) - force, *ends))
+
+
+def loss_at(law: Law, depth: float) -> float:
+    """Return by how much of the force at rest the force changes with a rate of the indentation, s/m; its size."""
+    slow, rest, fast = law.values(np.full(3, depth), ASIDE * np.array([-1.0, 0.0, 1.0]))
+    return float(abs(fast - slow) / (2.0 * ASIDE * max(rest, fast, slow)))
 
 
 @lru_cache(maxsize=16)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.contact.elastic import ElasticContact
 from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.profile.files import rail_profile, wheel_profile
 from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Cones, WheelRail
@@ -31,7 +32,7 @@ Surface = Literal["tread", "flange"]
 
 
 def elastic_of(contact: Contact) -> ElasticContact:
-    """Return the contact from whose elasticity a patch follows; that of a linear one is steel on the usual rail."""
+    """Return the contact from whose elasticity a patch follows; where none is known it is steel on the usual rail."""
     return contact if isinstance(contact, ElasticContact) else Hertz()
 
 
@@ -110,6 +111,8 @@ def _patch_tables(
     given, power = elastic.constant_per_wheel, 2.5
     if isinstance(contact, Linear):
         given, power = 0.5 * contact.stiffness, 2.0
+    elif isinstance(contact, Law):  # its force stands in a table of its own, and here but the inclination
+        given = 1.0
     constant = np.full_like(along, given) if given is not None else contact_constant(
         0.5 / along, 0.5 / across, young, poisson
     )  # fmt: skip

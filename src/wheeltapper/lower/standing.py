@@ -60,7 +60,7 @@ def level_assembly(assembly: Assembly, layout: StateLayout) -> Assembly:
     upright = np.array([motion == "z" and body != "deck" for body, motion in layout.motions])
     start[layout.displacement_places[upright]] = -assembly.numbers[asm.STATIC_INDENTATION]
     level = blank_rows(1) + _ENDLESS
-    if len(assembly.law):
+    if assembly.numbers[asm.CONTACT_LAW] == asm.PLASTIC_TREADS:
         level = virgin_pieces(level, float(assembly.numbers[asm.YIELD_LAW + PLASTIC_ONSET]))
     return assembly._replace(lanes=lanes, pieces=level, start=start)
 

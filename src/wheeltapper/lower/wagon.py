@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
+from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.creep import Fastsim
 from wheeltapper.describe.profile.wheel_rail import Cones
@@ -23,6 +24,7 @@ from wheeltapper.lower.build import path_table
 from wheeltapper.lower.ellipse import contact_constant
 from wheeltapper.lower.known import check_known
 from wheeltapper.lower.numbers import METHODS, Method
+from wheeltapper.lower.own_law import flat_law, indentation_under, loss_at, table_note
 from wheeltapper.lower.patches import (
     WIDTH,
     Surface,
@@ -321,6 +323,11 @@ def lower_wagon(scenario: Scenario, method: str = "default", worn: WornRails | N
     if isinstance(scenario.contact, ElasticPlastic):
         heaviest = float(per_wheelset.max()) if worn is None else worn.heaviest
         assembly = _yielding(assembly, scenario.contact, middle, heaviest)
+    if isinstance(scenario.contact, Law):
+        table_rows, table = flat_law(scenario.contact)
+        numbers[asm.OWN_WIDTH] = table_rows.shape[1]
+        assembly, middle = assembly._replace(law=table_rows), 0.5 * table.constant
+        notes = (*notes, table_note(table.error))
     even = level_assembly(assembly, layout)
     resting_state = steady_state(even, layout, mobility)
     static = normal_forces(even, resting_state, len(wheelsets))
@@ -419,9 +426,11 @@ def _assembly_numbers(
     scenario: Scenario, tolerance: float, force: float, constant: float, layout: StateLayout
 ) -> FloatArray:
     wagon, creep = scenario.vehicle, scenario.creep
-    linear = isinstance(scenario.contact, Linear)
-    exponent = 1.0 if linear else 1.5
-    indentation = (force / constant) ** (1.0 / exponent)
+    exponent = 1.0 if isinstance(scenario.contact, Linear) else getattr(scenario.contact, "exponent", 1.5)
+    if isinstance(scenario.contact, Law):
+        indentation = indentation_under(scenario.contact, 2.0 * force)
+    else:
+        indentation = (force / constant) ** (1.0 / exponent)
     lightest = min(axle.mass for axle in wagon.axles)
     out = np.zeros(asm.ASSEMBLY_NUMBERS)
     out[asm.SPEED] = scenario.speed
@@ -445,13 +454,17 @@ def _assembly_numbers(
     out[asm.LARGEST_SHIFT] = WIDTH
     out[asm.LONGEST_STEP] = LONGEST
     out[asm.CONTACT_LAW], out[asm.MATERIAL_LOSS] = law_numbers(scenario)
+    if out[asm.CONTACT_LAW] == asm.OWN_RATED:
+        out[asm.MATERIAL_LOSS] = loss_at(scenario.contact, indentation)
     return out
 
 
 def law_numbers(scenario: Scenario) -> tuple[int, float]:
     """Return the law of all contacts, and its factor of hysteresis, s/m."""
     if isinstance(scenario.contact, Linear):
-        return asm.STRAIGHT, 0.0
+        return asm.PULLING if scenario.contact.bilateral else asm.STRAIGHT, 0.0
+    if isinstance(scenario.contact, Law):
+        return asm.OWN_RATED if scenario.contact.takes_rate else asm.OWN_FORCE, 0.0
     if isinstance(scenario.contact, ElasticPlastic):
         return asm.PLASTIC_TREADS, 0.0
     loss = float(scenario.contact.hysteresis_factor)
@@ -486,7 +499,7 @@ def _saturation_curve(scenario: Scenario) -> FloatArray:
 def _root_constant_factor(scenario: Scenario, radius: float) -> Any:
     """Return the factor on C^(1/3) as a function of the irregularity's second derivative; None if C is constant."""
     contact = scenario.contact
-    if isinstance(contact, Linear | ElasticPlastic) or not contact.follows_curvature:
+    if isinstance(contact, Linear | ElasticPlastic | Law) or not contact.follows_curvature:
         return None
     geometry = geometry_of(scenario.profiles, radius, contact.rail_radius)
     crown = 0.5 / geometry.curvature[len(geometry.shift) // 2]

@@ -73,7 +73,7 @@ def lower_wagon_on_rails(
 
 def late_rates(assembly: Assembly) -> int:
     """Return how many rates of indentations follow late, and are states, on rails that give way."""
-    return LANES * len(assembly.kinds) if assembly.numbers[asm.CONTACT_LAW] == asm.LOSSY else 0
+    return LANES * len(assembly.kinds) if assembly.numbers[asm.CONTACT_LAW] in (asm.LOSSY, asm.OWN_RATED) else 0
 
 
 def _with_moments(lowered: LoweredWagon, track: Track, method: str) -> Assembly:

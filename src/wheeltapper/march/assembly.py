@@ -47,14 +47,17 @@ STRIP_BOUND = 16
 LONGEST_STEP = 17  # longest step, s
 TREADS = 18  # octets of tread contacts; as many of flange contacts may follow
 FLANGE_FROM = 19  # least shift of a wheel, m, at which its flange may touch
-CONTACT_LAW = 20  # HERTZIAN, LOSSY (Hunt and Crossley's), STRAIGHT (linear), PLASTIC_TREADS
-MATERIAL_LOSS = 21  # χ of a lossy contact, s/m
+CONTACT_LAW = 20  # one of those below
+MATERIAL_LOSS = 21  # χ of a lossy contact, s/m; of a law of one's own what corresponds to it at rest
 YIELD_LAW = 22  # numbers of a law that yields, as `law_columns` has them, for C = 1 N/m^1.5 and δ_Y in m
+OWN_WIDTH = YIELD_LAW  # or columns of a row of a law of one's own
 ASSEMBLY_NUMBERS = YIELD_LAW + PLASTIC_PIECES + 1
 NO_CREEP, CURVE, STRIPS = range(3)
-HERTZIAN, LOSSY, STRAIGHT, PLASTIC_TREADS = range(4)
+HERTZIAN, LOSSY, STRAIGHT, PLASTIC_TREADS, PULLING, OWN_FORCE, OWN_RATED = range(7)
+"""Laws of all contacts: Hertz's; Hunt and Crossley's; a linear one; an elastic-plastic one of the treads; a linear one
+that also pulls, of the treads; one's own of the indentation, and of its rate as well."""
 AT_LAW = ASSEMBLY_NUMBERS
-"""Where the pieces of a law that yields begin in the flat data: behind the numbers."""
+"""Where the rows of a law that yields, or of one's own, begin in the flat data: behind the numbers."""
 
 # Tables of the contact geometry: each a polynomial of degree 5 in a cell.
 TABLE_LIFT, TABLE_PLACE, TABLE_RADIUS, ROOT_CONSTANT, ALONG, ACROSS, SPIN, SPIN_MOMENT, SLENDER = range(9)
@@ -141,8 +144,8 @@ class Assembly(NamedTuple):
         Of rigid sliders: the acceleration of each by a unit force of each, and that of all motions, (rigid, rigid) and
         (rigid, bodies·LANES).
     law
-        Pieces of the treads' elastic-plastic law, (pieces, YIELD_COLUMNS), lengths over δ_Y and forces over N_Y; none
-        where they do not yield.
+        Pieces of the treads' elastic-plastic law, (pieces, YIELD_COLUMNS), lengths over δ_Y and forces over N_Y; or
+        the rows of a law of one's own for one wheel (`contact_laws.py`). None of other laws.
     """
 
     numbers: FloatArray
@@ -176,7 +179,7 @@ class Assembly(NamedTuple):
     @property
     def stretch_columns(self) -> int:
         """Number of columns of a step that tell the stretches of the treads' laws."""
-        return int(self.numbers[TREADS]) * LANES if len(self.law) else 0
+        return int(self.numbers[TREADS]) * LANES if self.numbers[CONTACT_LAW] == PLASTIC_TREADS else 0
 
 
 # Where the arrays begin in the two flat ones that the kernels read (a kernel that takes many arrays spends more time on

@@ -11,7 +11,8 @@ import numpy as np
 
 from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import LANES, PLACES, TO_RATE
-from wheeltapper.march.growths import is_lossy, time_aside
+from wheeltapper.march.contact_laws import is_lossy
+from wheeltapper.march.growths import time_aside
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import FloatArray, IntArray

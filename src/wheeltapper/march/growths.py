@@ -20,18 +20,6 @@ ASIDE = 1e-5
 
 
 @kernel
-def is_lossy(data: FloatArray) -> bool:
-    """Return True where forces depend on the indentation's rate."""
-    return bool(data[asm.CONTACT_LAW] == asm.LOSSY)
-
-
-@kernel
-def is_plastic(data: FloatArray) -> bool:
-    """Return True where treads may yield: then their forces have kinks, at which steps end."""
-    return bool(data[asm.CONTACT_LAW] == asm.PLASTIC_TREADS)
-
-
-@kernel
 def time_aside(data: FloatArray) -> float:
     """Return how far both states are away, s."""
     return ASIDE * data[asm.PULSE]

@@ -69,8 +69,8 @@ def rails_stamp() -> str:
 
 
 def source_stamp() -> str:
-    """Return a digest of the sources of all kernels in this folder; the door to the kernels is none of them."""
-    return digest_of({*FOLDER.glob("*.py")} - {FOLDER / "run.py"})
+    """Return a digest of the sources of all kernels in this folder, which the door is not, and what they import."""
+    return digest_of(with_imports({*FOLDER.glob("*.py")} - {FOLDER / "run.py"}))
 
 
 def general_stamp() -> str:

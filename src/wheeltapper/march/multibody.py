@@ -18,8 +18,9 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march import passing, searching, sliders, sliding, telling
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import LANES
+from wheeltapper.march.contact_laws import is_lossy, is_plastic
 from wheeltapper.march.crossing import Span
-from wheeltapper.march.growths import find_growths, is_lossy, is_plastic
+from wheeltapper.march.growths import find_growths
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import DONE, FULL, NOT_FINITE, SOFT, STALLED, TOO_MANY_EVENTS, FloatArray, IntArray
@@ -112,7 +113,7 @@ def march_kernel(
         # -- a step whose error is small enough
         until = passing.next_break(data, t, wheels)
         h = min(S[passing.NEXT_LENGTH], data[asm.LONGEST_STEP])
-        h = min(h, BEYOND * searching.time_to_change(BEYOND * h, wheels, K[FIRST_STAGE]))
+        h = min(h, BEYOND * searching.time_to_change(BEYOND * h, data, wheels, K[FIRST_STAGE]))
         if lossy:
             h = min(h, BEYOND * searching.time_to_release(BEYOND * h, wheels))
         if plastic:

@@ -6,9 +6,8 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march import program as contract
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import LANES
-from wheeltapper.march.contact_laws import yield_law
+from wheeltapper.march.contact_laws import is_lossy, is_plastic, pulls, yield_law
 from wheeltapper.march.crossing import corner_at
-from wheeltapper.march.growths import is_lossy, is_plastic
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.plastic_law import stretch_of
 from wheeltapper.march.pressing import contact_forces
@@ -62,7 +61,7 @@ def switch_contacts(t: float, data: FloatArray, wheels: FloatArray, events: Floa
     near = SAME * data[asm.STATIC_INDENTATION]
     for o in range(wheels.shape[0]):
         L = wheels[o]
-        if L[wheel.AWAKE] == 0.0:
+        if L[wheel.AWAKE] == 0.0 or pulls(data, L):
             continue
         for i in range(LANES):
             if L[wheel.SIDES + i] == 0.0:
@@ -203,6 +202,7 @@ def start_kernel(
     wheels[:] = 0.0
     for o in range(wheels.shape[0]):
         wheels[o, wheel.AWAKE] = 1.0
+        wheels[o, wheel.INCLINED_FLAG] = 1.0 if plan[plan[asm.AT_KINDS] + o] == asm.FLANGE else 0.0
         for column in range(asm.LANE_COLUMNS):
             for i in range(LANES):
                 at = plan[asm.AT_LANES] + (o * asm.LANE_COLUMNS + column) * LANES + i
@@ -228,12 +228,12 @@ def start_kernel(
 
 @kernel
 def close_contacts(data: FloatArray, wheels: FloatArray) -> None:
-    """Close all contacts that overlap, and whose force would not pull; open all others."""
+    """Close all contacts that overlap, and whose force would not pull, or may; open all others."""
     lossy = is_lossy(data)
     for o in range(wheels.shape[0]):
         L = wheels[o]
         for i in range(LANES):
-            overlaps = L[wheel.SIDES + i] != 0.0 and L[wheel.ROW_DELTA + i] > 0.0
+            overlaps = L[wheel.SIDES + i] != 0.0 and (L[wheel.ROW_DELTA + i] > 0.0 or pulls(data, L))
             L[wheel.ON + i] = 1.0 if overlaps and (not lossy or L[wheel.GRIP + i] > 0.0) else 0.0
 
 

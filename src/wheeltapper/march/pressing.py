@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from wheeltapper.march import assembly as asm
+from wheeltapper.march.contact_laws import is_lossy
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rail_motion import free_rails, gather_lags, press_rails
@@ -23,7 +24,7 @@ def press_contacts(
     """Do as `contact_forces`; on rails that give way leave out what only the rates need, unless these are asked for."""
     if plan[asm.AT_RAILS] > 0:
         free_rails(t, data, plan, w, wheels)
-        if data[asm.CONTACT_LAW] == asm.LOSSY:
+        if is_lossy(data):
             gather_lags(data, plan, w, wheels)
     for o in range(wheels.shape[0]):
         L = wheels[o]

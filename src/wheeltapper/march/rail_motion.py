@@ -26,9 +26,9 @@ from math import sqrt
 import numpy as np
 
 from wheeltapper.march import assembly as asm
+from wheeltapper.march import contact_laws as laws
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import HALF, LANES
-from wheeltapper.march.contact_laws import grip_of, measure_borders, push, yield_growth
 from wheeltapper.march.kernel import inlined_kernel, kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
@@ -234,19 +234,19 @@ def _settle(flanged: bool, law: FloatArray | None, T: FloatArray, G: FloatArray)
         most = 0.0
         for i in range(LANES):
             force = T[wheel.ROW_FORCE + i]
-            pushed, steep = push(i, T[wheel.ROW_DELTA + i] - T[wheel.SOFTNESS + i] * force, law, T)
+            pushed, steep = laws.push(i, T[wheel.ROW_DELTA + i] - T[wheel.SOFTNESS + i] * force, law, T)
             T[wheel.ROW_EXCESS + i] = pushed - force
             T[wheel.STEEPNESS + i] = steep
         if flanged:
             for i in range(LANES):
                 sinks = T[wheel.SOFTNESS + i] * T[wheel.ROW_FORCE + i]
-                pushed, steep = push(i, G[wheel.ROW_DELTA + i] - sinks, law, G)
+                pushed, steep = laws.push(i, G[wheel.ROW_DELTA + i] - sinks, law, G)
                 T[wheel.ROW_EXCESS + i] += pushed
                 T[wheel.STEEPNESS + i] += steep
         for i in range(LANES):
             change = T[wheel.ROW_EXCESS + i] / (1.0 + T[wheel.SOFTNESS + i] * T[wheel.STEEPNESS + i])
             T[wheel.ROW_FORCE + i] += change
-            most = max(most, abs(change) - FORCE_SETTLED * T[wheel.ROW_FORCE + i])
+            most = max(most, abs(change) - FORCE_SETTLED * abs(T[wheel.ROW_FORCE + i]))
         if most <= 0.0:
             break
 
@@ -263,9 +263,11 @@ def press_octet(law: FloatArray | None, T: FloatArray, L: FloatArray) -> None:
             n = L[wheel.ROOT_C + i] * L[wheel.BULGE + i] * sqrt(max(delta, 0.0)) * L[wheel.ON + i]
             L[wheel.CUBE_ROOT + i] = n
             L[wheel.NORMAL + i] = n * n * n
+        elif laws.is_own(law):
+            laws.press_own(i, law, L)
         else:
-            L[wheel.NORMAL + i], _ = push(i, delta, law, L)
-            elastic = L[wheel.NORMAL + i]
+            L[wheel.NORMAL + i], _ = laws.push(i, delta, law, L)
+            elastic = max(L[wheel.NORMAL + i], 0.0)
             if law[asm.CONTACT_LAW] == asm.LOSSY:
                 c = L[wheel.ROOT_C + i] * L[wheel.BULGE + i] * L[wheel.ON + i]
                 L[wheel.CUBE_ROOT + i] = c * sqrt(max(delta, 0.0))
@@ -278,13 +280,13 @@ def press_rails(rated: bool, data: FloatArray, plan: IntArray, wheels: FloatArra
     """Correct indentations, forces and, if `rated`, their rates by what the present forces do to the rails."""
     if data[asm.CONTACT_LAW] == asm.HERTZIAN:
         _press_once(rated, None, data, plan, wheels)
-    elif data[asm.CONTACT_LAW] == asm.LOSSY:
+    elif laws.is_lossy(data):
         _press_by_rates(data, plan, wheels)
     else:
         _press_once(rated, data, data, plan, wheels)
-        if data[asm.CONTACT_LAW] == asm.PLASTIC_TREADS:
+        if laws.is_plastic(data):
             for o in range(int(data[asm.TREADS])):
-                measure_borders(data, wheels[o])
+                laws.measure_borders(data, wheels[o])
 
 
 @kernel
@@ -339,7 +341,7 @@ def _press_by_rates(data: FloatArray, plan: IntArray, wheels: FloatArray) -> Non
     term of δ'' in N'. What follows it by τ + τ' is a state; of the rest, τ' to τ + τ', none is late. That errs by τ·τ'
     in the second derivative, and is never stiffer than τ', although τ ends with the force.
     """
-    loss, treads = data[asm.MATERIAL_LOSS], int(data[asm.TREADS])
+    treads = int(data[asm.TREADS])
     shortest = SHORTEST_LAG * data[plan[asm.AT_RAILS] + asm.RAIL_LONGEST]
     for o in range(wheels.shape[0]):
         for row, free in wheel.FREED:
@@ -358,19 +360,13 @@ def _press_by_rates(data: FloatArray, plan: IntArray, wheels: FloatArray) -> Non
             T = wheels[o % treads]
             if L[wheel.AWAKE] == 0.0:
                 continue
-            inclined = 1.0 if plan[plan[asm.AT_KINDS] + o] == asm.FLANGE else 0.0
             for i in range(LANES):
-                n = L[wheel.CUBE_ROOT + i]
-                r = T[wheel.SOFTNESS + i]
-                lag = shortest + max(r * loss * n * n * n / (1.0 + r * T[wheel.STEEPNESS + i]), 0.0)
-                late = L[wheel.LATE_RATE + i]
-                rate = late + shortest / lag * (L[wheel.DELTA_RATE + i] - late)
-                grip = grip_of(i, rate, inclined, loss, L)
-                most = max(most, abs(grip - L[wheel.GRIP + i]) * L[wheel.ON + i])
+                r, late, before = T[wheel.SOFTNESS + i], L[wheel.LATE_RATE + i], L[wheel.GRIP + i]
+                viscosity = laws.viscosity_of(i, L[wheel.HELD_RATE + i], data, L)
+                lag = shortest + max(r * viscosity / (1.0 + r * T[wheel.STEEPNESS + i]), 0.0)
                 L[wheel.LAG_TIME + i] = lag
-                L[wheel.GRIP + i] = grip
-                L[wheel.ROW_HOLD + i] = min(L[wheel.ROW_DELTA + i], data[asm.STATIC_INDENTATION] * grip)
-                L[wheel.NORMAL_RATE + i] = L[wheel.FORCE_GROWTH + i]
+                laws.hold_by_rate(i, late + shortest / lag * (L[wheel.DELTA_RATE + i] - late), data, L)
+                most = max(most, abs(L[wheel.GRIP + i] - before) * L[wheel.ON + i])
         if most <= GRIP_SETTLED:
             break
 
@@ -410,9 +406,11 @@ def _growths(i: int, law: FloatArray | None, L: FloatArray) -> tuple[float, floa
     if law is None:
         return 3.0 * n * n * root * growth, 1.5 * n * c * c * L[wheel.ON + i]
     else:  # noqa: RET505 - Numba prunes whole branches only
-        if law[asm.CONTACT_LAW] == asm.PLASTIC_TREADS:
-            return yield_growth(i, law, L)
-        force, steep = push(i, L[wheel.ROW_DELTA + i], law, L)
+        if laws.is_plastic(law):
+            return laws.yield_growth(i, law, L)
+        force, steep = laws.push(i, L[wheel.ROW_DELTA + i], law, L)
+        if laws.is_own(law):
+            return laws.own_growth(i, force, steep, L), steep
         return 3.0 * force * growth / c, steep
 
 

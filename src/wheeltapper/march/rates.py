@@ -9,6 +9,7 @@ from __future__ import annotations
 from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import FLANGE, HALF, LANES, PLACES, TO_RATE
 from wheeltapper.march.columns import add_columns
+from wheeltapper.march.contact_laws import is_lossy
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.pressing import press_contacts
 from wheeltapper.march.program import FloatArray, IntArray
@@ -101,7 +102,7 @@ def rates(
         out[i] = 0.0
     if on_rails:
         write_moment_rates(data, plan, out)
-        if data[asm.CONTACT_LAW] == asm.LOSSY:
+        if is_lossy(data):
             write_lag_rates(data, plan, wheels, out)
     add_element_forces(data, plan, w, pieces, Q, out)
     if plan[asm.LAWS] < pieces.shape[0]:

@@ -11,10 +11,10 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march import whole_steps
 from wheeltapper.march.assembly import LANES, PLACES, TO_RATE
-from wheeltapper.march.contact_laws import yield_energy
+from wheeltapper.march.contact_laws import is_lossy, is_own, is_plastic, own_energy, own_force, yield_energy
 from wheeltapper.march.crossing import corner_at, depends_on_rate
 from wheeltapper.march.dense import BEGINS, FINISHES
-from wheeltapper.march.growths import find_growths, is_lossy, is_plastic
+from wheeltapper.march.growths import find_growths
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import MultibodyMarch, work_for
 from wheeltapper.march.passing import RUN_CARRIED, enable_flanges, pass_breaks, start_kernel
@@ -136,16 +136,19 @@ def _pull(element: int, piece: int, data: FloatArray, plan: IntArray, w: FloatAr
 @kernel
 def _share_of_work(data: FloatArray) -> float:
     """Return a contact's elastic energy over its force times its indentation."""
-    return 0.5 if data[asm.CONTACT_LAW] == asm.STRAIGHT else 0.4
+    return 0.5 if data[asm.CONTACT_LAW] == asm.STRAIGHT or data[asm.CONTACT_LAW] == asm.PULLING else 0.4
 
 
 @kernel
 def _stored_force(i: int, data: FloatArray, L: FloatArray) -> float:
     """Return the elastic part of a contact's force, also where an indented contact is released without a force."""
-    if data[asm.CONTACT_LAW] != asm.LOSSY:
+    if not is_lossy(data):
         return L[wheel.NORMAL + i]
     if L[wheel.SIDES + i] == 0.0 or L[wheel.AWAKE] == 0.0:
         return 0.0
+    if is_own(data):
+        force, _ = own_force(i, L[wheel.ROW_DELTA + i], 0.0, data, L)
+        return force
     n = L[wheel.ROOT_C + i] * L[wheel.BULGE + i] * np.sqrt(max(L[wheel.ROW_DELTA + i], 0.0))
     return n * n * n
 
@@ -156,12 +159,18 @@ def _contact_energy(i: int, data: FloatArray, L: FloatArray) -> float:
     if is_plastic(data):
         stored, _ = yield_energy(i, data, L)
         return stored * L[wheel.ON + i]
+    if is_own(data):
+        there = L[wheel.SIDES + i] * L[wheel.SIDES + i] * L[wheel.AWAKE] if is_lossy(data) else L[wheel.ON + i]
+        return own_energy(i, data, L) * there
     return _share_of_work(data) * _stored_force(i, data, L) * L[wheel.ROW_DELTA + i]
 
 
 @kernel
 def _energy_growth(i: int, stored: float, data: FloatArray, L: FloatArray) -> float:
-    """Return how the elastic energy of a contact, whose elastic force is given, grows at a constant indentation, W."""
+    """Return how the elastic energy of a contact, whose elastic force is given, grows at a constant indentation, W.
+
+    Of a law of one's own it does by the inclination alone, of which ROOT_C³ is the power 2.5: as if it were Hertz's.
+    """
     if is_plastic(data):
         _, growth = yield_energy(i, data, L)
         return growth
@@ -221,7 +230,7 @@ def _write_powers(
         for i in range(LANES):
             on_deck += L[wheel.ROW_ON_DECK + i]
             side, n, stored = L[wheel.SIDES + i], L[wheel.NORMAL + i], _stored_force(i, data, L)
-            if side == 0.0 or stored == 0.0 or L[wheel.ON + i] == 0.0:
+            if side == 0.0 or (stored == 0.0 and n == 0.0) or L[wheel.ON + i] == 0.0:
                 continue
             path_rate = L[wheel.PATH_RATE + i]
             if deck >= 0:

@@ -13,8 +13,8 @@ import numpy as np
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import BODY, LANES, MOTION_Z, PLACES, ROLL, TO_RATE
+from wheeltapper.march.contact_laws import is_lossy, is_plastic, pulls
 from wheeltapper.march.crossing import Span, at_place, corner_ahead, find_corner, find_fall, first_change, may_cross
-from wheeltapper.march.growths import is_lossy, is_plastic
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.passing import SAME, log_peak
 from wheeltapper.march.program import FloatArray, IntArray
@@ -89,12 +89,12 @@ def time_to_border(longest: float, data: FloatArray, wheels: FloatArray, rates: 
 
 
 @kernel
-def time_to_change(longest: float, wheels: FloatArray, rates: FloatArray) -> float:
+def time_to_change(longest: float, data: FloatArray, wheels: FloatArray, rates: FloatArray) -> float:
     """Return the probable time of the next change of a contact, from its rate and acceleration; at most `longest`."""
     soonest = longest
     for o in range(wheels.shape[0]):
         L = wheels[o]
-        if L[AWAKE] == 0.0:
+        if L[AWAKE] == 0.0 or pulls(data, L):
             continue
         for i in range(LANES):
             if L[SIDES + i] == 0.0:
@@ -169,7 +169,7 @@ def mark_changes(
     lossy, near = is_lossy(data), SAME * data[asm.STATIC_INDENTATION]
     for o in range(wheels.shape[0]):
         L = wheels[o]
-        if L[AWAKE] == 0.0:
+        if L[AWAKE] == 0.0 or pulls(data, L):
             continue
         for i in range(LANES):
             if L[SIDES + i] == 0.0:
@@ -267,9 +267,9 @@ def mark_maxima(h: float, changed: int, lossy: bool, wheels: FloatArray, kept: F
                     kept[MARKS, lane] = after
                     found = True
                 continue
-            if L[ON + i] == 0.0 or growth * h <= SEARCH_NOISE * kept[FORCES, lane] or after > 0.0:
+            if L[ON + i] == 0.0 or growth * h <= SEARCH_NOISE * abs(kept[FORCES, lane]) or after > 0.0:
                 continue
-            if (growth - after) * h > QUIET_FORCE * L[NORMAL + i] or lane == changed:
+            if (growth - after) * h > QUIET_FORCE * abs(L[NORMAL + i]) or lane == changed:
                 kept[MARKS, lane] = min(after, -1e-300)
                 found = True
     return found
@@ -302,7 +302,7 @@ def log_corners(
 ) -> None:  # fmt: skip
     """Log the forces with a maximum at a kink or jump of the input, or where two steps meet; `kept` is from before it.
 
-    `corner` is 1 for the former, and 0 for the latter.
+    `corner` is 1 for the former, and 0 for the latter: there a force does not jump but for the steps' errors.
     """
     for lane in range(kept.shape[1]):
         L = wheels[lane // LANES]
@@ -310,11 +310,16 @@ def log_corners(
         if L[ON + i] == 0.0 and kept[FORCES, lane] == 0.0:
             continue
         before, after = kept[FORCES, lane], L[NORMAL + i]
-        least = QUIET_FORCE * max(before, after)
-        rose, falls = kept[GROWTHS, lane] * pulse > least, L[NORMAL_RATE + i] * pulse < least
+        least = QUIET_FORCE * max(abs(before), abs(after))
+        growth, after_growth = kept[GROWTHS, lane] * pulse, L[NORMAL_RATE + i] * pulse
+        if corner == 0.0:
+            if growth > 0.0 and after_growth < 0.0 and growth - after_growth > least:
+                log_peak(t, lane, max(before, after), corner, peaks, S)
+            continue
+        rose, falls = growth > least, after_growth < least
         if (
             (rose and before > after + least)
             or (falls and after > before + least)
-            or (rose and abs(after - before) <= least and L[NORMAL_RATE + i] * pulse < -least)
+            or (rose and abs(after - before) <= least and after_growth < -least)
         ):
             log_peak(t, lane, max(before, after), corner, peaks, S)

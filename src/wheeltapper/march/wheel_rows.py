@@ -40,9 +40,10 @@ force adds to its velocity."""
 """Of a contact whose force depends on the indentation's rate: the ratio of the force to its elastic part, negative
 where it would pull; what is positive just where there is a force, m; and what `growths.py` found last: the rates of
 that ratio, of the force, of the indentation, and of the rail's deflection."""
-(FREE_DELTA, FREE_RATE, FREE_RAIL, FREE_RAIL_RATE, LATE_RATE, LAG_TIME) = _next_rows(6)
+(FREE_DELTA, FREE_RATE, FREE_RAIL, FREE_RAIL_RATE, LATE_RATE, LAG_TIME, HELD_RATE) = _next_rows(7)
 """Of such a contact on a rail that gives way: indentation, deflection and rates without what the force does to it; the
-rate that is a state, which follows late, and the time by which it does."""
+rate that is a state, which follows late, and the time by which it does; and that at which its force is taken, zero
+where it depends on none."""
 (STIFF_X, STIFF_Y, STIFF_SPIN, STIFF_TURN, ROW_FLATNESS) = _next_rows(5)
 """Kalker's coefficients at this force, and b/a."""
 (SLIP_X, SLIP_Y, SLIP_TURN, FX, FY, MZ, SHARE) = _next_rows(7)
@@ -58,9 +59,9 @@ and the indentation from there at which it yields, with their rates."""
 (BEARS_POLY, *_) = _next_rows(MAX_DEGREE + 1)
 """The present piece of both over time, as that of the path."""
 FLAGS = next(_ROWS)
-DEGREE_FLAG, WAVE_FLAG, FACTOR_FLAG, AWAKE, MARK_FLAG = range(FLAGS, FLAGS + 5)
-"""Degree of the octet's polynomials, whether any lane has a wave or a factor, whether it has to be computed, and
-whether any lane has marks."""
+DEGREE_FLAG, WAVE_FLAG, FACTOR_FLAG, AWAKE, MARK_FLAG, INCLINED_FLAG = range(FLAGS, FLAGS + 6)
+"""Degree of the octet's polynomials, whether any lane has a wave or a factor, whether it has to be computed, whether
+any lane has marks, and 1 of flanges, else 0."""
 OCTET_ROWS = int(next(_ROWS))
 GATHERED = (
     (QY, asm.MOTION_Y), (QZ, asm.MOTION_Z), (QROLL, asm.ROLL), (QYAW, asm.YAW), (VX, TO_RATE + asm.MOTION_X),

@@ -112,7 +112,7 @@ def paths_and_forces(t: float, data: FloatArray, plan: IntArray, kind: int, w: F
     cells = plan[asm.AT_CELLS] + kind * count * asm.TABLES * asm.TABLE_TERMS
     normal_forces(data[asm.FIRST_SHIFT], data[asm.CELLS_PER_M], data, cells, count, L)
     if data[asm.CONTACT_LAW] != asm.HERTZIAN:
-        apply_law(t, 1.0 if kind == asm.FLANGE else 0.0, data, L)
+        apply_law(t, data, L)
 
 
 @kernel

@@ -30,9 +30,8 @@ from wheeltapper.march.contact_laws import push
 from wheeltapper.march.crossing import corner_ahead
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.kernel import inlined_uncounted_kernel, kernel, uncounted_kernel
-from wheeltapper.march.passing import log_peak
 from wheeltapper.march.program import SOFT, FloatArray, IntArray
-from wheeltapper.march.rail_motion import INVERSES, places_of, press_octet
+from wheeltapper.march.rail_motion import places_of, press_octet
 from wheeltapper.march.rates import add_element_forces, body_rates
 from wheeltapper.march.sliders import deflection
 from wheeltapper.march.wheel_paths import evaluate_paths, gather_motions, set_piece
@@ -212,9 +211,9 @@ def _know_paths(
 
     That is a kink, a jump, or a break before the first node or behind the last one.
     """
-    last = t + INSIDE * h
-    broken = passing.next_break(data, t, wheels) <= last
-    if passing.next_break(data, t, wheels) <= t + nodal.places[FIRST_NODE] * h:
+    last, until = t + INSIDE * h, passing.next_break(data, t, wheels)
+    broken = until <= last
+    if until <= t + nodal.places[FIRST_NODE] * h:
         return False
     if broken:
         keep_pieces(wheels, nodal)
@@ -719,6 +718,18 @@ def _is_smooth(unit: float, nodal: Nodal) -> bool:
 
 
 @uncounted_kernel
+def expand(matrix: FloatArray, values: FloatArray, out: FloatArray) -> None:
+    """Write the coefficients of what an octet has at the nodes, (q, LANES); the matrix makes them, (q, q)."""
+    for m in range(len(matrix)):
+        for i in range(LANES):
+            out[m, i] = 0.0
+        for k in range(len(matrix)):
+            value = matrix[m, k]
+            for i in range(LANES):
+                out[m, i] += value * values[k, i]
+
+
+@uncounted_kernel
 def _nothing_happens(data: FloatArray, plan: IntArray, wheels: FloatArray, pieces: FloatArray, nodal: Nodal) -> bool:
     """Return True where no contact changes in the step, no flange comes near, and no element reaches a corner."""
     q, treads = len(nodal.places), int(data[asm.TREADS])
@@ -732,16 +743,10 @@ def _nothing_happens(data: FloatArray, plan: IntArray, wheels: FloatArray, piece
         if wheels[o, wheel.AWAKE] == 0.0:
             continue
         L = wheels[o]
+        expand(nodal.bernstein, nodal.depths[o], nodal.change)
         for m in range(q):
-            out = nodal.change[m]
             for i in range(LANES):
-                out[i] = 0.0
-            for k in range(q):
-                value = nodal.bernstein[m, k]
-                for i in range(LANES):
-                    out[i] += value * nodal.depths[o, k, i]
-            for i in range(LANES):
-                if L[wheel.SIDES + i] != 0.0 and not (2.0 * L[wheel.ON + i] - 1.0) * out[i] > 0.0:
+                if L[wheel.SIDES + i] != 0.0 and not (2.0 * L[wheel.ON + i] - 1.0) * nodal.change[m, i] > 0.0:
                     return False
     for element in range(plan[asm.LAWS]):
         for k in range(q):
@@ -854,141 +859,6 @@ def solve_whole(
     if turns == 0 or not _is_smooth(unit, nodal) or not _nothing_happens(data, plan, wheels, pieces, nodal):
         return 0
     return turns if _write_end(w, y, data, plan, nodal) else 0
-
-
-CLIMBS, BEST_TIME, BEST_FORCE, END_SLOPE = range(4)
-TRACKED = 4
-"""What is known of a force while whole steps follow each other: whether it climbs (1) or descends (-1), 0 before the
-first; its largest maximum since it began to climb, and when, or its smallest value since it began to descend; and its
-derivative at the last step's end."""
-PROMINENT_FORCE = 1e-6
-"""Smallest height of a maximum above its surroundings, in static forces."""
-
-
-@uncounted_kernel
-def _transform_forces(o: int, nodal: Nodal) -> None:
-    """Write the Legendre coefficients of an octet's forces."""
-    q = len(nodal.places)
-    for m in range(q):
-        out = nodal.change[m]
-        for i in range(LANES):
-            out[i] = 0.0
-        for k in range(q):
-            value = nodal.transform[m, k]
-            for i in range(LANES):
-                out[i] += value * nodal.normals[o, k, i]
-
-
-@uncounted_kernel
-def _force_at(x: float, i: int, nodal: Nodal) -> tuple[float, float]:
-    """Return a contact's force at a place of the step, and its derivative."""
-    z = 2.0 * x - 1.0
-    before, value, slope_before, slope = 1.0, z, 0.0, 1.0
-    force, growth = nodal.change[CONSTANT, i], 0.0
-    for m in range(1, len(nodal.places)):
-        force += nodal.change[m, i] * value
-        growth += nodal.change[m, i] * slope
-        later = z * value + m * INVERSES[m] * (z * value - before)
-        slope_later = slope_before + (2 * m + 1) * value
-        before, value, slope_before, slope = value, later, slope, slope_later
-    return force, 2.0 * growth
-
-
-@uncounted_kernel
-def _turn_within(low: float, high: float, f_low: float, f_high: float, i: int, nodal: Nodal) -> float:
-    """Return where the derivative of a force passes zero between two places, at which it has these values."""
-    x, side = high, 0
-    for _ in range(60):
-        before = x
-        x = low + (high - low) * min(max(f_low / (f_low - f_high), 0.001), 0.999)
-        _, f = _force_at(x, i, nodal)
-        if f * f_low > 0.0:
-            low, f_low = x, f
-            if side == 1:  # the Illinois method: the value at an end that stays is halved
-                f_high *= 0.5
-            side = 1
-        else:
-            high, f_high = x, f
-            if side == -1:
-                f_low *= 0.5
-            side = -1
-        if abs(x - before) < 1e-12 or f == 0.0:
-            break
-    return x
-
-
-@uncounted_kernel
-def _pass_maximum(time: float, force: float, lane: int, tracked: FloatArray) -> None:
-    """Take a local maximum."""
-    if tracked[CLIMBS, lane] > 0.0 and force > tracked[BEST_FORCE, lane]:
-        tracked[BEST_TIME, lane], tracked[BEST_FORCE, lane] = time, force
-
-
-@uncounted_kernel
-def _pass_value(force: float, lane: int, least: float, tracked: FloatArray, peaks: FloatArray, S: FloatArray) -> None:
-    """Take an extremum, or the force at a step's end; log the maximum that this leaves behind."""
-    best = tracked[BEST_FORCE, lane]
-    if tracked[CLIMBS, lane] > 0.0:
-        if force < best - least:
-            log_peak(tracked[BEST_TIME, lane], lane, best, 0.0, peaks, S)
-            tracked[CLIMBS, lane], tracked[BEST_FORCE, lane] = -1.0, force
-    elif force < best:
-        tracked[BEST_FORCE, lane] = force
-    elif force > best + least:
-        tracked[CLIMBS, lane], tracked[BEST_FORCE, lane] = 1.0, -np.inf
-
-
-@uncounted_kernel
-def follow_forces(t: float, h: float, wheels: FloatArray, data: FloatArray, plan: IntArray, tracked: FloatArray, peaks: FloatArray, S: FloatArray, nodal: Nodal) -> None:  # fmt: skip  # noqa: E501
-    """Follow all forces through a step, and log their maxima."""
-    q, least = len(nodal.places), PROMINENT_FORCE * data[plan[asm.AT_RAILS] + asm.RAIL_FORCE]
-    for o in range(wheels.shape[0]):
-        if wheels[o, wheel.AWAKE] == 0.0:
-            continue
-        _transform_forces(o, nodal)
-        for i in range(LANES):
-            lane = o * LANES + i
-            if wheels[o, wheel.ON + i] == 0.0:
-                continue
-            force, slope = _force_at(0.0, i, nodal)
-            if tracked[CLIMBS, lane] == 0.0:
-                tracked[CLIMBS, lane], tracked[BEST_FORCE, lane] = -1.0, force
-                if slope > 0.0:
-                    tracked[CLIMBS, lane], tracked[BEST_FORCE, lane] = 1.0, -np.inf
-            elif tracked[END_SLOPE, lane] > 0.0 and slope <= 0.0:
-                _pass_maximum(t, force, lane, tracked)
-            place = 0.0
-            for a in range(1, q + 2):
-                after = 1.0 if a > q else nodal.places[a - 1]
-                slope_after = 0.0
-                for k in range(q):
-                    slope_after += nodal.slopes[a, k] * nodal.normals[o, k, i]
-                if slope * slope_after < 0.0:
-                    x = _turn_within(place, after, slope, slope_after, i, nodal)
-                    force, _ = _force_at(x, i, nodal)
-                    if slope > 0.0:
-                        _pass_value(force, lane, least, tracked, peaks, S)
-                        _pass_maximum(t + x * h, force, lane, tracked)
-                    else:
-                        _pass_value(force, lane, least, tracked, peaks, S)
-                place, slope = after, slope_after
-            force, _ = _force_at(1.0, i, nodal)
-            _pass_value(force, lane, least, tracked, peaks, S)
-            tracked[END_SLOPE, lane] = slope
-
-
-@uncounted_kernel
-def end_following(t: float, wheels: FloatArray, tracked: FloatArray, peaks: FloatArray, S: FloatArray) -> None:
-    """Log the maxima that forces have passed at a time after which no whole step follows."""
-    for lane in range(tracked.shape[1]):
-        if tracked[CLIMBS, lane] > 0.0:
-            L, i = wheels[lane // LANES], lane % LANES
-            if tracked[END_SLOPE, lane] > 0.0 and L[wheel.ON + i] != 0.0 and L[wheel.NORMAL_RATE + i] < 0.0:
-                _pass_maximum(t, L[wheel.NORMAL + i], lane, tracked)
-                tracked[END_SLOPE, lane] = -1.0
-            if tracked[END_SLOPE, lane] < 0.0 and tracked[BEST_FORCE, lane] > -np.inf:
-                log_peak(tracked[BEST_TIME, lane], lane, tracked[BEST_FORCE, lane], 0.0, peaks, S)
-        tracked[CLIMBS, lane] = 0.0
 
 
 @kernel

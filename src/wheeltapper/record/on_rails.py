@@ -13,7 +13,6 @@ from wheeltapper.describe.vehicle.plane import end_name
 from wheeltapper.ground.needs import OWN_LAW, YIELDING
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.on_rails import DECK, LoweredOnRails, lower_on_rails
-from wheeltapper.lower.own_law import FASTEST
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.general.layout import ROW_COLUMNS
@@ -26,6 +25,7 @@ from wheeltapper.record.dampers_on_rails import damper_motion, has_ends, stops_m
 from wheeltapper.record.elements_on_rails import element_events, element_motion
 from wheeltapper.record.kinds import Kind, Variables
 from wheeltapper.record.labels import VOID_OPENS
+from wheeltapper.record.own_law import beyond_table
 from wheeltapper.record.stored_task import read, tables
 
 if TYPE_CHECKING:
@@ -62,17 +62,7 @@ def _beyond(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tupl
         return yielded.beyond_law_on_rails(scenario, lowered, march)
     if OWN_LAW not in scenario.needs:
         return ()
-    (deepest, fastest), largest = run.extremes_on_rails(march), float(scenario.contact.largest)
-    depth = (
-        f"the indentation reached {1e3 * deepest:.4g} mm; the table of the contact's law ends at "
-        f"{1e3 * largest:.4g} mm and goes on there with the power of its exponent"
-    )
-    rate = (
-        f"the indentation's rate reached {fastest:.4g} m/s; the table of the contact's law ends at {FASTEST:g} m/s, "
-        "beyond which the force goes on straight"
-    )
-    gone = ((depth, deepest / largest), (rate, fastest / FASTEST if scenario.contact.takes_rate else 0.0))
-    return tuple(Note(text, "own law", ratio, doubtful=True) for text, ratio in gone if ratio > 1.0)
+    return beyond_table(scenario.contact, *run.extremes_on_rails(march))
 
 
 def _contacts(scenario: Scenario, lowered: LoweredOnRails) -> Contacts:

@@ -122,7 +122,8 @@ def _highest_position(record: Record, cells: int) -> FloatArray:
         def upward_velocity(time: FloatArray, body: int = body) -> FloatArray:
             return _wheelset_motion(record, time.ravel())[1][:, body].reshape(time.shape)
 
-        at = elementwise.find_root(upward_velocity, (times[turns], times[turns + 1])).x
+        found = elementwise.find_root(upward_velocity, (times[turns], times[turns + 1]))
+        at = np.where(found.success, found.x, times[turns])  # at rest a velocity is rounding, of either sign
         out[body] = max(out[body], _wheelset_motion(record, at)[0][:, body].max())
     return np.repeat(out, cells // len(out))
 

@@ -14,7 +14,7 @@ from wheeltapper.describe.creep import Fastsim
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.needs import FLEXIBLE_TRACK, YIELDING
+from wheeltapper.ground.needs import FLEXIBLE_TRACK, OWN_LAW, YIELDING
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.structure import structure_of
 from wheeltapper.lower.wagon import (
@@ -40,7 +40,17 @@ from wheeltapper.march.law_columns import (
     YIELD_COLUMNS,
 )
 from wheeltapper.march.multibody import MultibodyMarch
-from wheeltapper.record import balanced, creep_range, extent, stored, stored_rails, suspension, wagon_energy, yielded
+from wheeltapper.record import (
+    balanced,
+    creep_range,
+    extent,
+    own_law,
+    stored,
+    stored_rails,
+    suspension,
+    wagon_energy,
+    yielded,
+)
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.kinds import Kind, Variables
 from wheeltapper.record.stored import UNDAMAGED, check, check_whole, table
@@ -102,11 +112,13 @@ def _contacts(scenario: Scenario, lowered: LoweredWagon) -> Contacts:
 
 
 def _beyond(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[Note, ...]:
-    """Return notes where a run went beyond its creep law, or beyond a plastic law."""
+    """Return notes where a run went beyond its creep law, beyond a plastic law, or the table of a law of one's own."""
     notes = creep_range.beyond_spin(scenario, lowered, march)
-    if YIELDING not in scenario.needs:
-        return notes
-    return (*notes, *yielded.beyond_law_of_wagon(scenario, lowered, march))
+    if YIELDING in scenario.needs:
+        return (*notes, *yielded.beyond_law_of_wagon(scenario, lowered, march))
+    if OWN_LAW in scenario.needs:
+        return (*notes, *own_law.beyond_table_of_wagon(scenario.contact, lowered, march))
+    return notes
 
 
 def _free(contacts: Contacts, march: MultibodyMarch) -> NDArray[np.bool_]:

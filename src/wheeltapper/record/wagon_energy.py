@@ -21,6 +21,7 @@ from wheeltapper.lower.wagon import DECK, LoweredWagon
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import run
 from wheeltapper.march.assembly import TO_RATE
+from wheeltapper.record.balanced import NOTABLE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,19 +39,24 @@ did."""
 
 
 def missing_part(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario) -> float:
-    """Return the missing share of the exchanged energy, estimated from one step in EVERY."""
-    count = len(march.steps)
-    if count == 0:
+    """Return the missing share of the exchanged energy: from one step in EVERY, or where that is NOTABLE from all."""
+    if len(march.steps) == 0:
         return 0.0
-    sample = march._replace(steps=march.steps[::EVERY], states=march.states[::EVERY])
+    estimate = _missing_in(lowered, march, scenario, EVERY)
+    return _missing_in(lowered, march, scenario, 1) if not estimate < NOTABLE else estimate
+
+
+def _missing_in(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario, every: int) -> float:
+    """Return the missing share of the exchanged energy, from one step in so many."""
+    sample = march._replace(steps=march.steps[::every], states=march.states[::every])
     done, _, contacts = works(lowered, sample, scenario)
-    states = np.vstack([march.states[1::EVERY], march.state])[: len(sample.states)]
+    states = np.vstack([march.states[1::every], march.state])[: len(sample.states)]
     kinetic, springs = _stored_energies(lowered, sample.states, scenario)
     kinetic_after, springs_after = _stored_energies(lowered, states, scenario)
     change = kinetic_after - kinetic + springs_after - springs + contacts[:, 1] - contacts[:, 0]
     missing = float(np.abs(np.cumsum(change - done @ SIGNS)).max())
-    exchanged = float(kinetic.max() + contacts.max() + EVERY * np.abs(done).sum())
-    return EVERY * missing / exchanged
+    exchanged = float(kinetic.max() + contacts.max() + every * np.abs(done).sum())
+    return every * missing / exchanged
 
 
 def works(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario) -> tuple[FloatArray, ...]:

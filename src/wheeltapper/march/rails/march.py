@@ -19,13 +19,14 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.march import assembly as asm
-from wheeltapper.march import multibody, passing, searching, telling, whole_steps
+from wheeltapper.march import maxima_followed, multibody, passing, searching, telling, whole_steps
 from wheeltapper.march.assembly import HALF, Assembly
+from wheeltapper.march.contact_laws import is_lossy, is_plastic
 from wheeltapper.march.general.by_address import ByAddress
 from wheeltapper.march.general.layout import IM, RE
 from wheeltapper.march.general.modal import turn
 from wheeltapper.march.general.structure import ComplexArray
-from wheeltapper.march.growths import find_growths, is_lossy, is_plastic
+from wheeltapper.march.growths import find_growths
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import MultibodyMarch, RailLog
 from wheeltapper.march.pressing import contact_forces
@@ -102,8 +103,8 @@ def rails_kernel(
 
     `free` is the log (macro steps, 2, fours, nodes, HALF). `made` counts its rows, the present one included; then come
     how many macro steps are not tried at once, how many after the next failure, and whether the contacts are those of
-    the present state. `solid`, `gauss` and `tracked` are what `whole_steps` needs. `sinking` and the middle axis of
-    `free` are of the rails together, and against one another, as the tables and modes.
+    the present state. `solid` and `gauss` are for `whole_steps`, `tracked` for `maxima_followed`. `sinking` and the
+    middle axis of `free` are of the rails together, and against one another, as the tables and modes.
     """
     begin = int(data[plan[asm.AT_RAILS] + asm.RAIL_STATES])
     lanes = kept.shape[1]
@@ -146,20 +147,20 @@ def rails_kernel(
             steps[row, asm.STEP_CLOSED] = passing.closed_contacts(wheels) + 2.0**lanes
             steps[row, asm.STEP_ELEMENTS : asm.STEP_ELEMENTS + len(pieces)] = pieces
             states[row] = w
-            whole_steps.follow_forces(now, until - now, wheels, data, plan, tracked, peaks, S, nodal)
+            maxima_followed.follow_forces(now, until - now, wheels, data, plan, tracked, peaks, S, nodal)
             w[:] = end_of_state
             S[passing.RUN_STEPS] += 1.0
             S[passing.RUN_TIME] = until
             made[FRESH] = 0
             if until >= end:
                 contact_forces(until, data, plan, w, wheels)
-                whole_steps.end_following(until, wheels, tracked, peaks, S)
+                maxima_followed.end_following(until, wheels, tracked, peaks, S)
                 return DONE
         else:
             if made[FRESH] == 0 and now < until:
                 _meet_rails(now, data, plan, w, wheels, events, S)
                 made[FRESH] = 1
-            whole_steps.end_following(now, wheels, tracked, peaks, S)
+            maxima_followed.end_following(now, wheels, tracked, peaks, S)
             status = march_at(
                 address, data, plan, scales, w, wheels, pieces, steps, states, events, peaks, K, F, Q, kept, S
             )  # fmt: skip
@@ -206,7 +207,7 @@ def rails_kernel(
         # -- go on
         if goes_on:
             continue
-        whole_steps.end_following(now, wheels, tracked, peaks, S)
+        maxima_followed.end_following(now, wheels, tracked, peaks, S)
         searching.keep_contacts(wheels, kept)
         hardest = passing.pass_breaks(now, data, plan, wheels)
         _meet_rails(now, data, plan, w, wheels, events, S)
@@ -263,7 +264,7 @@ def march(
     units, (one, other) = task.track.units, (tables.ways[TOGETHER], tables.ways[-1])
     laying = Laying(memory, A, grid)
     gauss = whole_steps.packed_nodes(task.track.method.nodes)
-    tracked = np.zeros((whole_steps.TRACKED, work.kept.shape[1]))
+    tracked = np.zeros((maxima_followed.TRACKED, work.kept.shape[1]))
     while True:
         room = work.steps[: int(work.S[passing.RUN_STEPS]) + telling.WAGON_CHUNK]
         status = rails_kernel(
