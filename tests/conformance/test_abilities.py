@@ -342,12 +342,19 @@ WITHOUT_METHOD = (
 """Nothing of these depends on the method, so that they are asked once."""
 MANY_RUNS = ("sweep", "gradient", "border")
 """Each cell takes several runs. They are asked vehicle by vehicle, because the longest group decides when all end; and
-of wagons, which take longest, in pairs of values."""
+those that take longest, of wagons and by differences of whole runs, in pairs of values."""
 ASKED_OF_A_RECORD = (
     "simulate", "history", "energy", "features", "damper_events", "suspension_events", "track", "comfort", "guidance",
     "motion_at", "marks",
 )  # fmt: skip
 """These ask the record of the same run: they are asked together, so that each scenario is marched once for all."""
+
+
+def is_dear(cell):
+    if cell.question not in MANY_RUNS:
+        return False
+    by_differences = cell.question == "gradient" and run.fastest_march(questions.TANGENTS, needs(cell[2:])) is None
+    return cell.vehicle == "wagon" or by_differences
 
 
 def asked(cell):
@@ -416,7 +423,7 @@ def test_what_no_march_takes_is_refused_as_it_is_made():
 def test_whatever_is_needed_is_answered_or_refused(names, vehicles):
     kinds = [each for each in every_kind() if each[0] in vehicles and can_be_made(each)]
     cells = cells_of(names, one_for_all_needs(kinds))
-    dear = {cell for cell in cells if cell.question in MANY_RUNS and cell.vehicle == "wagon" and is_answered(cell)}
+    dear = {cell for cell in cells if is_dear(cell) and is_answered(cell)}
     for cell in [*(cell for cell in cells if cell not in dear), *pairwise(sorted(dear))]:
         try:
             (asked if is_answered(cell) else check_refused)(cell)
