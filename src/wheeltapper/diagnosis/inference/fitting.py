@@ -168,7 +168,7 @@ def _exit_seen(problem: FitProblem, exit: Exit, at: FloatArray) -> tuple[float, 
 def _fit_from(problem: FitProblem, at: FloatArray, begins: float, known: float, patient: bool) -> Fit:
     """Fit over windows from some coordinates, which explain the recording up to the time `known`."""
     times, counts = problem.times, _window_counts(problem, begins)
-    window, longest = sum(times[count - 1] < known for count in counts if count) - 1, len(counts)
+    window, longest = sum(times[count - 1] < known for count in counts) - 1, len(counts)
     patience, careful = PATIENCE if patient else 0, False
     steps = STEPS if patient else HASTY_STEPS
     while window + 1 < len(counts):
@@ -238,9 +238,9 @@ def keeps_step(problem: FitProblem, begins: float) -> bool:
 
 
 def _window_counts(problem: FitProblem, begins: float) -> list[int]:
-    """Return the number of samples in each window; the last window has all."""
+    """Return the number of samples in each window that has any; the last window has all."""
     times, ends = problem.times, [begins + window * problem.scale.period for window in WINDOWS]
-    ends = [end for end in ends if end < times[-1]]
+    ends = [end for end in ends if times[0] < end < times[-1]]
     return [*dict.fromkeys(int(np.searchsorted(times, end)) for end in ends), len(times)]
 
 
