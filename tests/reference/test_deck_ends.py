@@ -495,7 +495,7 @@ def test_a_deck_below_one_wheelset_leaves_the_others_alone(start):
         vehicle=wt.Wheelset(mass=1200, load=9e4), irregularity=bump, rolling="point", speed=10.0, duration=0.15
     )  # fmt: skip
     pair = alone.replaced({
-        "vehicle": wt.Wheelsets(wheelsets=(alone.vehicle, alone.vehicle), positions=(0.0, -0.9)),
+        "vehicle": wt.vehicles.Wheelsets(wheelsets=(alone.vehicle, alone.vehicle), positions=(0.0, -0.9)),
         "track": deck.model_copy(update={"wheelset": 2}),
     })  # fmt: skip
     record = wt.simulate(pair, "strict")
