@@ -8,6 +8,8 @@ from scipy.integrate import solve_ivp
 
 import wheeltapper as wt
 from tests import pieces
+from tests.reference.test_kinks_of_suspensions import KINKS
+from tests.reference.test_kinks_of_suspensions import WHEEL as STIFF
 from wheeltapper.describe.scenario import Start
 
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
@@ -331,14 +333,6 @@ def test_a_law_of_ones_own_that_is_hertzs_changes_nothing():
     np.testing.assert_allclose(own.at(times).normal_force, given.at(times).normal_force, rtol=1e-9, atol=1e-4)
 
 
-STIFF = {"mass": 1500.0, "load": 91_307.0, "stiffness": 2.44e6, "damping": 5e3}
-KINKS = {
-    "friction": {"friction": 3.3e3, "friction_stiffness": 2e7},
-    "bumpstops": {"bumpstop_gap": 1.5e-4, "rebound_gap": 1e-4, "bumpstop_stiffness": 1.5e7},
-    "corners": {"spring_corners": ((-1e-4, 0.5e6), (0.8e-4, 6e6), (1.8e-4, 1.2e7))},
-    "blow-off": {"blow_off_force": 700.0, "blow_off_damping": 1e3},
-}
-KINKS["all"] = {name: value for kind in KINKS.values() for name, value in kind.items()}
 IDLE = {
     "friction": {"friction": 1e12, "friction_stiffness": 2e7},
     "bumpstops": {"bumpstop_gap": 1.0, "rebound_gap": 1.0, "bumpstop_stiffness": 1.5e7},

@@ -14,7 +14,7 @@ TANGENTS = run.Question("gradient", run.GRADIENT.meaning, (run.WHEEL, *run.TURNE
 """What has exact derivatives: those of the steps that were made."""
 GRADIENT = replace(run.GRADIENT, marchers=run.MARCHERS, lacks=frozenset())
 """Anything: where there are no tangents, derivatives are differences of whole runs."""
-_PARTING = (
+_PARTING = tuple(
     run.Marcher(one.name, one.covers - {BILATERAL}, one.requires)
     for one in (run.WAGON, run.WAGON_ON_RAILS, run.GENERAL)
 )

@@ -58,7 +58,6 @@ KINKED_STEP = 0.5
 is smoothed. On rails the track's modes make it short."""
 TABLE_BYTES = 50.0
 """Memory for each place in a bay, node and mode, while tables of single precision are made."""
-"""Error of a law's table from which on its note is a warning."""
 VIRGIN = Note(
     'each wheel rolls over virgin rail; with rolling="point" wheels meet the marks of those before them', "virgin rail"
 )
