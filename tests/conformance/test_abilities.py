@@ -341,8 +341,7 @@ WITHOUT_METHOD = (
 )  # fmt: skip
 """Nothing of these depends on the method, so that they are asked once."""
 MANY_RUNS = ("sweep", "gradient", "border")
-"""Each cell takes several runs. They are asked vehicle by vehicle, because the longest group decides when all end; and
-those that take longest, of wagons and by differences of whole runs, in pairs of values."""
+"""Each cell takes several runs. They are asked vehicle by vehicle, because the longest group decides when all end."""
 ASKED_OF_A_RECORD = (
     "simulate", "history", "energy", "features", "damper_events", "suspension_events", "track", "comfort", "guidance",
     "motion_at", "marks",
@@ -351,10 +350,18 @@ ASKED_OF_A_RECORD = (
 
 
 def is_dear(cell):
-    if cell.question not in MANY_RUNS:
-        return False
-    by_differences = cell.question == "gradient" and run.fastest_march(questions.TANGENTS, needs(cell[2:])) is None
-    return cell.vehicle == "wagon" or by_differences
+    """Whether such cells are asked in pairs of values: those of many runs, and what is exact beside its default."""
+    return cell.question in MANY_RUNS or (cell.question in ASKED_OF_A_RECORD and cell.method == "strict")
+
+
+def groups():
+    """Return questions and vehicles that are asked together; wagons first, so that only one process compiles theirs."""
+    for one in sorted(KINDS["vehicle"], key=lambda name: name != "wagon"):
+        yield pytest.param(ASKED_OF_A_RECORD, (one,), id=f"of a record of {one}")
+        yield from (pytest.param((name,), (one,), id=f"{name} of {one}") for name in MANY_RUNS)
+    for name in QUESTIONS:
+        if name not in (*ASKED_OF_A_RECORD, *MANY_RUNS):
+            yield pytest.param((name,), (*KINDS["vehicle"],), id=name)
 
 
 def asked(cell):
@@ -408,18 +415,7 @@ def test_what_no_march_takes_is_refused_as_it_is_made():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("names", "vehicles"),
-    [
-        *(pytest.param(ASKED_OF_A_RECORD, (one,), id=f"of a record of {one}") for one in KINDS["vehicle"]),
-        *(pytest.param((name,), (one,), id=f"{name} of {one}") for name in MANY_RUNS for one in KINDS["vehicle"]),
-        *(
-            pytest.param((name,), (*KINDS["vehicle"],), id=name)
-            for name in QUESTIONS
-            if name not in (*ASKED_OF_A_RECORD, *MANY_RUNS)
-        ),
-    ],
-)
+@pytest.mark.parametrize(("names", "vehicles"), groups())
 def test_whatever_is_needed_is_answered_or_refused(names, vehicles):
     kinds = [each for each in every_kind() if each[0] in vehicles and can_be_made(each)]
     cells = cells_of(names, one_for_all_needs(kinds))
