@@ -415,7 +415,7 @@ def test_what_no_march_takes_is_refused_as_it_is_made():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("names", "vehicles"), groups())
+@pytest.mark.parametrize(("names", "vehicles"), [*groups()])
 def test_whatever_is_needed_is_answered_or_refused(names, vehicles):
     kinds = [each for each in every_kind() if each[0] in vehicles and can_be_made(each)]
     cells = cells_of(names, one_for_all_needs(kinds))
