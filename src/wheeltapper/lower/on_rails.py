@@ -466,9 +466,8 @@ def _port(modes: IrregularModes, void: Void) -> general.Contact:
     law = general.Law(switch.LINEAR_LAW, np.array([void.stiffness]))
     if void.damping > 0.0:
         law = general.Law(switch.KELVIN, np.array([void.stiffness, void.damping]))
-    port = general.Port(
-        -modes.sleeper[place], -modes.sleeper_drive[place], void.gap, float(modes.sleeper_residual[place])
-    )
+    residual = max(float(modes.sleeper_residual[place]), 0.0)  # below zero a damper's force would grow by itself
+    port = general.Port(-modes.sleeper[place], -modes.sleeper_drive[place], void.gap, residual)
     return _stayed(law, port)
 
 
