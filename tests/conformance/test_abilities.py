@@ -350,7 +350,7 @@ ASKED_OF_A_RECORD = (
 
 
 def is_dear(cell):
-    """Whether such cells are asked in pairs of values: those of many runs, and what is exact beside its default."""
+    """Whether such cells are asked in pairs of values: those of many runs, and strict ones of a record."""
     return cell.question in MANY_RUNS or (cell.question in ASKED_OF_A_RECORD and cell.method == "strict")
 
 

@@ -134,6 +134,31 @@ def test_what_went_into_a_void_is_what_its_spring_holds_and_its_damper_has_taken
     assert work == pytest.approx(0.5 * k * delta[-1] ** 2 + np.trapezoid(c * rate**2, times), rel=1e-5)
 
 
+@pytest.mark.parametrize("cutoff", [500.0, 1000.0])
+def test_damped_voids_close_alike_by_both_methods_and_at_any_cutoff(cutoff):
+    """Sleepers are heavy: they know hardly anything of the modes that a low cutoff leaves out."""
+    hanging = wt.tracks.HangingSleeper(seat=1, void="0.2 mm"), wt.tracks.HangingSleeper(seat=-2, void="0.1 mm")
+    example = wt.tracks.Ballasted.example | {"bays": 90, "first_sleeper": 0.15, "anomalies": hanging}
+
+    def voids_of(method, **fields):
+        scene = wt.Scenario(
+            vehicle=wt.vehicles.Bogie(**wt.vehicles.Bogie.example), contact=wt.Hertz(constant_per_wheel=8e10),
+            speed=20.0, duration=0.03, irregularity=wt.Corrugation(amplitude=1e-4, wavelength=0.1, start=0.05),
+            rolling="point", track=wt.tracks.Ballasted(**example | fields),
+        )  # fmt: skip
+        record = wt.simulate(scene, method)
+        assert record.outcome.name == "COMPLETED"
+        return record.events.where(record.events.seat != -1, drop=True)
+
+    default, strict, whole = voids_of("default", cutoff=cutoff), voids_of("strict", cutoff=cutoff), voids_of("default")
+    assert whole.sizes["event"] > 10
+    for other in (default, strict):
+        assert other.kind.values.tolist() == whole.kind.values.tolist()
+        assert other.seat.values.tolist() == whole.seat.values.tolist()
+    np.testing.assert_allclose(default.time, strict.time, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(default.time, whole.time, rtol=0, atol=3e-4)
+
+
 def test_events_of_voids_are_not_those_of_wheels():
     pair = wt.vehicles.Wheelsets(
         wheelsets=[{"mass": 600.0, "load": 94e3, "wheels": 1}] * 2, positions=(0.0, -2.4)

@@ -461,12 +461,16 @@ def _excitation_note(scenario: Scenario, plane: PlaneVehicle, reach: Reach) -> t
 
 
 def _port(modes: IrregularModes, void: Void) -> general.Contact:
-    """Return the contact between a sleeper and the ballast below a void; its force presses the sleeper up."""
+    """Return the contact between a sleeper and the ballast below a void; its force presses the sleeper up.
+
+    What the modes leave out of the sleeper is next to nothing, and of either sign. A damper's force would follow by it
+    with a time of some 1e-8 s, late or early, which no step resolves: there it is none.
+    """
     place = void.seat % len(modes.sleeper)
     law = general.Law(switch.LINEAR_LAW, np.array([void.stiffness]))
     if void.damping > 0.0:
         law = general.Law(switch.KELVIN, np.array([void.stiffness, void.damping]))
-    residual = max(float(modes.sleeper_residual[place]), 0.0)  # below zero a damper's force would grow by itself
+    residual = float(modes.sleeper_residual[place]) if void.damping == 0.0 else 0.0
     port = general.Port(-modes.sleeper[place], -modes.sleeper_drive[place], void.gap, residual)
     return _stayed(law, port)
 
