@@ -93,6 +93,36 @@ def test_an_edited_kernel_is_compiled_again(tmp_path):
     assert answer(script=SMALL, **place) == (4.5, "compiled: True\n")
 
 
+PARTS = """
+import json, sys
+import numpy as np
+from wheeltapper.march.layout import SCRATCH
+from wheeltapper.march.margin import _smallest_value
+from wheeltapper.march.roots import evaluate
+
+S = np.zeros(SCRATCH)
+S[:3] = 5.0, -2.0, 1.0
+if "first" in sys.argv:
+    evaluate(S, 0, 2, 0.5)
+_smallest_value(0, 2, 0.5, S)
+shown = len(evaluate.overloads)
+evaluate(S, 0, 2, 0.5)
+code = _smallest_value.inspect_asm(_smallest_value.signatures[0])
+print(json.dumps({"shown": shown, "lines": [line.split()[0] for line in code.splitlines() if line[:1] == "\t"]}))
+"""
+"""A kernel, and one that it calls, which Python calls before it, or only afterwards."""
+
+
+@pytest.mark.slow
+def test_what_a_kernel_becomes_does_not_depend_on_what_python_has_called_before(tmp_path):
+    alone, _ = answer(script=PARTS, NUMBA_CACHE_DIR=str(tmp_path / "alone"))
+    after, _ = answer("first", script=PARTS, NUMBA_CACHE_DIR=str(tmp_path / "after"))
+    again, _ = answer(script=PARTS, NUMBA_CACHE_DIR=str(tmp_path / "after"))
+    assert (alone["shown"], after["shown"], again["shown"]) == (0, 1, 0)
+    assert alone["lines"] == after["lines"]
+    assert len(alone["lines"]) > 20
+
+
 @pytest.mark.slow
 def test_where_nothing_can_be_written_it_compiles_and_runs(tmp_path):
     shutil.copytree(PACKAGE, tmp_path / "wheeltapper", ignore=shutil.ignore_patterns("__pycache__"))

@@ -7,6 +7,10 @@ the other again. If the package's folder cannot be written, the cache goes to th
 
 Each kernel runs its own copies of its callees. Numba leaves it to the linker which of several copies runs, and they
 round differently; an answer would depend on which kernels the process used before, and on which it compiled itself.
+
+Such a copy is optimised once, with the kernel that Python calls. Numba would optimise it at each of several levels of
+calls. What is compiled as a part of other kernels is therefore not optimised, and is not what Python calls: that is
+compiled for itself. So it does not depend on what else was compiled before what code a kernel becomes.
 """
 
 from __future__ import annotations
@@ -15,14 +19,17 @@ import atexit
 import hashlib
 import re
 import tempfile
-from collections.abc import Iterable
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
 import numba
-from numba.core import caching, codegen
+from numba.core import caching, codegen, sigutils
+from numba.core.compiler_lock import global_compiler_lock
 
 OURS = "_ZN11wheeltapper5march"
 """How the names of all compiled kernels begin."""
@@ -152,15 +159,103 @@ _LIBRARY._finalize_final_module = _finalize_private
 _optimize = _LIBRARY._optimize_final_module
 
 
+class _Levels(threading.local):
+    """How many kernels are under way whose compilation has asked for that of the next one."""
+
+    count = 0
+
+
+_levels = _Levels()
+
+
+def _is_part() -> bool:
+    """Return True while a kernel is compiled, or loaded, as a part of another one."""
+    return _levels.count > 1
+
+
+@contextmanager
+def for_itself() -> Iterator[None]:
+    """Compile kernels as if Python called them, also where another one asks for it."""
+    before, _levels.count = _levels.count, 0
+    try:
+        yield
+    finally:
+        _levels.count = before
+
+
 def _optimize_once(library: Any) -> None:
-    """Optimise a kernel's code, but not that of one that is always inlined: it is optimised where it is inlined."""
+    """Optimise a kernel's code, but not that of one that is always inlined, or a part: it is optimised where it is."""
     functions = library._final_module.functions
     own = [one for one in functions if one.linkage == llvm.Linkage.external and one.name.startswith(OURS)]
-    if not any(b"alwaysinline" in attributes for one in own for attributes in one.attributes):
+    inlined = any(b"alwaysinline" in attributes for one in own for attributes in one.attributes)
+    if not inlined and not (own and _is_part()):
         _optimize(library)
 
 
 _LIBRARY._optimize_final_module = _optimize_once
+
+_DISPATCHER: Any = numba.core.dispatcher.Dispatcher
+_compile, _add_overload, _get_overload = _DISPATCHER.compile, _DISPATCHER.add_overload, _DISPATCHER.get_overload
+_signatures = _DISPATCHER.nopython_signatures
+_index_key = caching.Cache._index_key
+
+
+def _is_ours(py_func: Any) -> bool:
+    return bool(py_func.__module__.startswith("wheeltapper.march"))
+
+
+def _parts_of(kernel: Any) -> dict[Any, Any]:
+    """Return the machine code of a kernel as a part of others, by the types of its arguments."""
+    return kernel.__dict__.setdefault("parts", {})  # type: ignore[no-any-return]
+
+
+def _compile_or_load(self: Any, sig: Any) -> Any:
+    """Compile or load a kernel, for Python or as a part of another one."""
+    if not _is_ours(self.py_func):
+        return _compile(self, sig)
+    with global_compiler_lock:
+        overloads = self.overloads
+        _levels.count += 1
+        try:
+            if _is_part():
+                self.overloads = _parts_of(self)
+            return _compile(self, sig)
+        finally:
+            _levels.count -= 1
+            self.overloads = overloads
+
+
+def _keep_overload(self: Any, result: Any) -> None:
+    """Keep machine code; Python does not see that of a part, and its call compiles the kernel for itself."""
+    if _is_ours(self.py_func) and _is_part():
+        self.overloads[tuple(result.signature.args)] = result
+    else:
+        _add_overload(self, result)
+
+
+def _called_overload(self: Any, sig: Any) -> Any:
+    """Return what is called: by a kernel that is being compiled a part, whatever else there is."""
+    if not (_is_ours(self.py_func) and _levels.count):
+        return _get_overload(self, sig)
+    return _parts_of(self)[tuple(sigutils.normalize_signature(sig)[0])].entry_point
+
+
+def _called_signatures(self: Any) -> Any:
+    """Return the signatures of what can be called."""
+    if not (_is_ours(self.py_func) and _levels.count):
+        return _signatures.fget(self)
+    return [result.signature for result in _parts_of(self).values()]
+
+
+def _key_of_part(self: Any, sig: Any, codegen: Any) -> Any:
+    """Return what machine code is found by in a cache: parts, and what Python calls, lie beside each other."""
+    key = _index_key(self, sig, codegen)
+    return (*key, "part") if _is_ours(self._py_func) and _is_part() else key
+
+
+_DISPATCHER.compile, _DISPATCHER.add_overload = _compile_or_load, _keep_overload
+_DISPATCHER.get_overload, _DISPATCHER.nopython_signatures = _called_overload, property(_called_signatures)
+caching.Cache._index_key = _key_of_part  # type: ignore[method-assign]
 
 kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True)
 inlined_kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True, forceinline=True)

@@ -15,7 +15,7 @@ import numba
 from numba import config, extending, types
 from numba.core import cgutils, errors
 
-from wheeltapper.march.kernel import is_compiled
+from wheeltapper.march.kernel import for_itself, is_compiled
 
 _INTERPRETED = bool(config.DISABLE_JIT)  # type: ignore[attr-defined]
 
@@ -42,7 +42,8 @@ class ByAddress:
     @cached_property
     def compiled(self) -> Any:
         """The kernel, compiled or loaded."""
-        self._dispatcher.compile(self.kinds)
+        with for_itself():
+            self._dispatcher.compile(self.kinds)
         return self._dispatcher.overloads[self.kinds]
 
     @property
