@@ -9,7 +9,6 @@ import wheeltapper as wt
 from wheeltapper.describe.placement import Placement, check_places
 from wheeltapper.describe.schema import json_schema
 from wheeltapper.lower.track import reach
-from wheeltapper.march import run
 
 EXAMPLE = wt.tracks.Ballasted.example
 RAIL = {"bending_stiffness": 6.378e6, "shear_stiffness": 2.43e8, "mass_per_length": 60.2}
@@ -168,16 +167,6 @@ def scene(**fields):
     return wt.Scenario(
         **{"vehicle": vehicle, "track": {"type": "Ballasted"} | EXAMPLE, "speed": 20.0, "duration": 0.1} | fields
     )
-
-
-def test_a_wagon_on_a_track_with_voids_is_refused_by_the_door():
-    hanging = wt.tracks.HangingSleeper(seat=3, void=1e-3)
-    coach, track = wt.Wagon.erri_b176(), wt.tracks.Ballasted(**EXAMPLE, anomalies=hanging)
-    with pytest.raises(wt.InputError) as caught:
-        scene(vehicle=coach, track=track)
-    expected = run.refusal(run.SIMULATE, coach.needs | track.needs)
-    assert (caught.value.found, caught.value.allowed) == (expected.found, expected.allowed)
-    assert "a void under a sleeper" in str(caught.value)
 
 
 def test_anomalies_that_no_wheel_of_a_wagon_comes_near_are_refused():

@@ -141,7 +141,8 @@ class _OfWagons:
 
     def happened(self, march: MultibodyMarch) -> list[NDArray[Any]]:
         pieces = march.steps[:, asm.STEP_ELEMENTS :].T[:, :, None]
-        return [_by_contact(march.events, contract.EVENT_KIND), *(_changes(one) for one in pieces)]
+        met = [_by_contact(rows, contract.EVENT_KIND) for rows in (march.events, march.seat_events)]
+        return [*met, *(_changes(one) for one in pieces)]
 
     def gentlest(self, lowered: LoweredWagon, march: MultibodyMarch) -> float:
         numbers = lowered.assembly.numbers

@@ -366,7 +366,7 @@ def system_of(vehicle: OnWheels, under: UnderWheels, tables: Sequence[PathTable]
     modes, contacts, bodies = under.modes, contacts_of(tables, vehicle, under.seat), vehicle.bodies
     ring = None if modes is None else modes.ring
     if isinstance(modes, IrregularModes):
-        contacts += tuple(_port(modes, void) for void in under.anomalies.voids)
+        contacts += tuple(_below_sleeper(modes, void) for void in under.anomalies.voids)
     between = [(stop.law, stop.shape, stop.gap) for stop in vehicle.stops]
     between += [(*_law_and_shape(element, vehicle.plane), 0.0) for element in vehicle.plane.elements]
     if between or len(contacts) > len(vehicle.laws):
@@ -460,19 +460,23 @@ def _excitation_note(scenario: Scenario, plane: PlaneVehicle, reach: Reach) -> t
     return () if note is None else (note,)
 
 
-def _port(modes: IrregularModes, void: Void) -> general.Contact:
-    """Return the contact between a sleeper and the ballast below a void; its force presses the sleeper up.
+def _below_sleeper(modes: IrregularModes, void: Void) -> general.Contact:
+    """Return the contact between a sleeper and the ballast below a void."""
+    law = general.Law(switch.LINEAR_LAW, np.array([void.stiffness]))
+    if void.damping > 0.0:
+        law = general.Law(switch.KELVIN, np.array([void.stiffness, void.damping]))
+    return _stayed(law, port_of(modes, void))
+
+
+def port_of(modes: IrregularModes, void: Void, arm: float = 1.0) -> general.Port:
+    """Return a sleeper over a void as forces press it up, at so many times the distance of the rail from its middle.
 
     What the modes leave out of the sleeper is next to nothing, and of either sign. A damper's force would follow by it
     with a time of some 1e-8 s, late or early, which no step resolves: there it is none.
     """
     place = void.seat % len(modes.sleeper)
-    law = general.Law(switch.LINEAR_LAW, np.array([void.stiffness]))
-    if void.damping > 0.0:
-        law = general.Law(switch.KELVIN, np.array([void.stiffness, void.damping]))
-    residual = float(modes.sleeper_residual[place]) if void.damping == 0.0 else 0.0
-    port = general.Port(-modes.sleeper[place], -modes.sleeper_drive[place], void.gap, residual)
-    return _stayed(law, port)
+    residual = float(modes.sleeper_residual[place]) * arm**2 if void.damping == 0.0 else 0.0
+    return general.Port(-arm * modes.sleeper[place], -arm * modes.sleeper_drive[place], void.gap, residual)
 
 
 def check_speed(speed: float, track: SupportedRail, ring: Ring, method: general.Method, way: float = 0.0) -> None:

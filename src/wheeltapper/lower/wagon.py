@@ -50,6 +50,7 @@ from wheeltapper.march.remembering import OverMarks
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from wheeltapper.lower.track.anomalies import Void
     from wheeltapper.lower.wagon_marks import WagonRails, WornRails
     from wheeltapper.march.rails.march import OnRails
 
@@ -102,6 +103,8 @@ class LoweredWagon:
         Rails that give way; None on a stiff track.
     memory
         What the rails remember of contacts that yield; None where wheels meet no marks of others.
+    voids
+        Below sleepers, in the order of the assembly's lanes.
     """
 
     assembly: Assembly
@@ -115,6 +118,7 @@ class LoweredWagon:
     force: float = 1.0
     below: OnRails | None = None
     memory: WagonRails | None = None
+    voids: tuple[Void, ...] = ()
 
     @property
     def program(self) -> Assembly | OnRails | OverMarks:

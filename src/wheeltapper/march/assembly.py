@@ -2,7 +2,8 @@
 
 Bodies stand one after the other in the state w, each with eight places for its displacements (x, y, z, roll, pitch,
 yaw, two unused), then eight for its velocities; after the bodies come the displacements inside series elements, in
-eights. Contacts come in octets: four wheelsets, their left wheels first, then their right ones.
+eights. Contacts come in octets: four wheelsets, their left wheels first, then their right ones. Behind those of treads
+and flanges come voids: four sleepers, the ballast below their left halves first.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ TABLE_LIFT, TABLE_PLACE, TABLE_RADIUS, ROOT_CONSTANT, ALONG, ACROSS, SPIN, SPIN_
 TABLES = 9
 TABLE_DEGREE = 5
 TABLE_TERMS = TABLE_DEGREE + 1
-TREAD, FLANGE = range(2)
+TREAD, FLANGE, BELOW_SLEEPERS = range(3)
 SATURATION_CELLS = 64
 
 # Columns of a row of steps; the pieces of the elements follow, then the stretches of the treads' laws if they yield.
@@ -95,6 +96,10 @@ BACK, STICKS, FORTH, LOOSE = range(4)
 SIDE, NOMINAL, BODY, FIRST_PIECE, LAST_PIECE, PATH_LOOP, PATH_LOOP_JOIN, WHEEL_DECK_FROM, WHEEL_DECK_TO = range(9)
 LANE_COLUMNS = 9
 
+# Columns of a void: stiffness in N/m and damping in N·s/m of the ballast, and how far the sleeper is above it, m.
+VOID_STIFFNESS, VOID_DAMPING, VOID_GAP = range(3)
+VOID_COLUMNS = 3
+
 
 class Assembly(NamedTuple):
     """A vehicle on its track, ready to march.
@@ -108,7 +113,7 @@ class Assembly(NamedTuple):
     lanes
         (octets, LANE_COLUMNS, LANES).
     kinds
-        (octets,): TREAD or FLANGE.
+        (octets,): TREAD, FLANGE or BELOW_SLEEPERS.
     cells
         (surfaces, cells, TABLES, TERMS): contact geometry; coefficient k of the k-th power of the place in the cell.
         RADIUS is the difference to the wheel's nominal one.
@@ -146,6 +151,8 @@ class Assembly(NamedTuple):
     law
         Pieces of the treads' elastic-plastic law, (pieces, YIELD_COLUMNS), lengths over δ_Y and forces over N_Y; or
         the rows of a law of one's own for one wheel (`contact_laws.py`). None of other laws.
+    voids
+        (octets of voids, VOID_COLUMNS, LANES).
     """
 
     numbers: FloatArray
@@ -175,6 +182,12 @@ class Assembly(NamedTuple):
     yields: FloatArray = np.zeros((0, 0))
     thrusts: FloatArray = np.zeros((0, 0))
     law: FloatArray = np.zeros((0, YIELD_COLUMNS))
+    voids: FloatArray = np.zeros((0, VOID_COLUMNS, LANES))
+
+    @property
+    def wheel_octets(self) -> int:
+        """Number of octets of treads and flanges."""
+        return len(self.kinds) - len(self.voids)
 
     @property
     def stretch_columns(self) -> int:
@@ -185,14 +198,15 @@ class Assembly(NamedTuple):
 # Where the arrays begin in the two flat ones that the kernels read (a kernel that takes many arrays spends more time on
 # counting their references than on mechanics), and how many there are of some of them. LAWS is the number of elements
 # with corners, RIGID_FROM that of all but rigid sliders; AT_HOLDS is scratch memory (sliders.py). PIECE_WIDTH is the
-# number of columns of a piece of a path. Pieces stand last, since new ones may be longer.
+# number of columns of a piece of a path, WHEEL_OCTETS that of octets before those of voids. Pieces stand last, since
+# new ones may be longer.
 (
     AT_CELLS, CELLS_EACH, AT_SATURATION, AT_PIECES, AT_COLUMNS, AT_MOBILITY, AT_FORCE_COLUMNS, AT_LOADS, AT_WEIGHTS,
     AT_CORNERS, AT_INSIDE, AT_LANES, AT_SPANS, AT_INDEX, AT_FORCE_SPANS, AT_FORCE_INDEX, AT_ELEMENT_SPANS,
     AT_ELEMENT_INDEX, AT_ELEMENT_CORNERS, AT_KINDS, BODIES, AT_RAILS, AT_SLIDERS, AT_YIELDS, AT_THRUSTS, AT_HOLDS,
-    LAWS, RIGID_FROM, PIECE_WIDTH,
-) = range(29)  # fmt: skip
-HEADER = 29
+    LAWS, RIGID_FROM, PIECE_WIDTH, AT_VOIDS, WHEEL_OCTETS,
+) = range(31)  # fmt: skip
+HEADER = 31
 HOLD_ROWS = 4
 """Rows of scratch memory of rigid sliders beside the matrix that is held there."""
 
@@ -215,7 +229,7 @@ def flattened_assembly(assembly: Assembly) -> FlatAssembly:
         AT_COLUMNS: assembly.columns, AT_MOBILITY: assembly.mobility, AT_FORCE_COLUMNS: assembly.force_columns,
         AT_LOADS: assembly.loads, AT_WEIGHTS: assembly.element_weight, AT_CORNERS: assembly.corners,
         AT_LANES: assembly.lanes, AT_SLIDERS: assembly.sliders, AT_YIELDS: assembly.yields,
-        AT_THRUSTS: assembly.thrusts, AT_HOLDS: np.full(rigid * (rigid + HOLD_ROWS), np.nan),
+        AT_THRUSTS: assembly.thrusts, AT_VOIDS: assembly.voids, AT_HOLDS: np.full(rigid * (rigid + HOLD_ROWS), np.nan),
     }  # fmt: skip
     integers = {
         AT_SPANS: assembly.spans, AT_INDEX: assembly.sources, AT_FORCE_SPANS: assembly.force_spans,
@@ -239,6 +253,7 @@ def flattened_assembly(assembly: Assembly) -> FlatAssembly:
     header[PIECE_WIDTH] = assembly.pieces.shape[1]
     header[CELLS_EACH] = assembly.cells.shape[1]
     header[BODIES] = len(assembly.spans) - 1
+    header[WHEEL_OCTETS] = assembly.wheel_octets
     header[LAWS] = len(assembly.element_inside) - len(assembly.sliders)
     header[RIGID_FROM] = len(assembly.element_inside) - rigid
     return FlatAssembly(np.concatenate(data), np.concatenate(plan))

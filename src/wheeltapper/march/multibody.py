@@ -290,6 +290,8 @@ class MultibodyMarch(NamedTuple):
     evaluations: int
     """Number of computations of the rates."""
     rails: RailLog = RIGID
+    seat_events: FloatArray = np.zeros((0, 4))
+    """Events of voids: a loss where one opens."""
     paths: Paths | None = None
     """Where wheels leave marks for others: the paths as they were in the end."""
 

@@ -32,6 +32,8 @@ def enable_flanges(data: FloatArray, wheels: FloatArray) -> bool:
     begins = False
     treads = int(data[asm.TREADS])
     for o in range(treads, wheels.shape[0]):
+        if wheels[o, wheel.VOID_FLAG] != 0.0:
+            break
         near = 0.0
         for i in range(LANES):
             tread = wheels[o - treads]
@@ -52,24 +54,32 @@ def _side(value: float, near: float, rate: float) -> float:
 
 
 @kernel
-def switch_contacts(t: float, data: FloatArray, wheels: FloatArray, events: FloatArray, S: FloatArray) -> None:
-    """Open and close all contacts that are at their change, by the sign of the indentation's rate.
+def may_part(data: FloatArray, L: FloatArray) -> bool:
+    """Return True for an octet of voids, and of contacts that are awake and do not pull."""
+    return bool(L[wheel.VOID_FLAG] != 0.0 or (L[wheel.AWAKE] != 0.0 and not pulls(data, L)))
 
-    Where the force depends on that rate, there has to be a grip, too.
+
+@kernel
+def switch_contacts(t: float, data: FloatArray, wheels: FloatArray, events: FloatArray, S: FloatArray) -> None:
+    """Open and close all contacts and voids that are at their change, by the sign of the indentation's rate.
+
+    Where the force of wheels depends on that rate, there has to be a grip, too.
     """
     lossy = is_lossy(data)
     near = SAME * data[asm.STATIC_INDENTATION]
     for o in range(wheels.shape[0]):
         L = wheels[o]
-        if L[wheel.AWAKE] == 0.0 or pulls(data, L):
+        if not may_part(data, L):
             continue
+        is_void = L[wheel.VOID_FLAG] != 0.0
         for i in range(LANES):
-            if L[wheel.SIDES + i] == 0.0:
+            if L[wheel.SIDES + i] == 0.0 and not is_void:
                 continue
             delta = L[wheel.ROW_DELTA + i]
             rate = L[wheel.DELTA_RATE + i]
+            told = L[wheel.DEPTH_RATE + i] if is_void else rate
             closed = L[wheel.ON + i] != 0.0
-            if lossy:
+            if lossy and not is_void:
                 grips = _side(L[wheel.GRIP + i], SAME, L[wheel.GRIP_RATE + i])
                 indents = _side(delta, near, rate)
                 opens = closed and (delta < -near or (delta <= near and rate < 0.0) or grips < 0.0)
@@ -79,10 +89,10 @@ def switch_contacts(t: float, data: FloatArray, wheels: FloatArray, events: Floa
                 closes = not closed and (delta > near or (delta >= -near and rate > 0.0))
             if opens:
                 L[wheel.ON + i] = 0.0
-                _log_event(t, contract.LOSS, o * LANES + i, rate, events, S)
+                _log_event(t, contract.LOSS, o * LANES + i, told, events, S)
             elif closes:
                 L[wheel.ON + i] = 1.0
-                _log_event(t, contract.IMPACT, o * LANES + i, rate, events, S)
+                _log_event(t, contract.IMPACT, o * LANES + i, told, events, S)
 
 
 @kernel
@@ -201,8 +211,10 @@ def start_kernel(
     w[:] = start
     wheels[:] = 0.0
     for o in range(wheels.shape[0]):
-        wheels[o, wheel.AWAKE] = 1.0
-        wheels[o, wheel.INCLINED_FLAG] = 1.0 if plan[plan[asm.AT_KINDS] + o] == asm.FLANGE else 0.0
+        kind = plan[plan[asm.AT_KINDS] + o]
+        wheels[o, wheel.AWAKE] = 0.0 if kind == asm.BELOW_SLEEPERS else 1.0
+        wheels[o, wheel.VOID_FLAG] = 1.0 - wheels[o, wheel.AWAKE]
+        wheels[o, wheel.INCLINED_FLAG] = 1.0 if kind == asm.FLANGE else 0.0
         for column in range(asm.LANE_COLUMNS):
             for i in range(LANES):
                 at = plan[asm.AT_LANES] + (o * asm.LANE_COLUMNS + column) * LANES + i
@@ -228,11 +240,14 @@ def start_kernel(
 
 @kernel
 def close_contacts(data: FloatArray, wheels: FloatArray) -> None:
-    """Close all contacts that overlap, and whose force would not pull, or may; open all others."""
+    """Close all contacts and voids that overlap, and whose force would not pull, or may; open all others."""
     lossy = is_lossy(data)
     for o in range(wheels.shape[0]):
         L = wheels[o]
         for i in range(LANES):
+            if L[wheel.VOID_FLAG] != 0.0:
+                L[wheel.ON + i] = 1.0 if L[wheel.ROW_DELTA + i] > 0.0 else 0.0
+                continue
             overlaps = L[wheel.SIDES + i] != 0.0 and (L[wheel.ROW_DELTA + i] > 0.0 or pulls(data, L))
             L[wheel.ON + i] = 1.0 if overlaps and (not lossy or L[wheel.GRIP + i] > 0.0) else 0.0
 

@@ -14,9 +14,10 @@ Both rails are equal. They move together and against one another: d, B and the d
 of which the left rail is the sum and the right one the difference.
 
 Wheelsets come in fours, as in the octets of contacts, so that the innermost index is a lane: coefficients of one way
-are (fours, nodes, HALF). The array `rails` of an assembly holds, one behind the other: RAIL_NUMBERS; d of both ways; r;
-B of each way with the force first, only one where sleepers do not roll; and scratch memory: P and P', the deflections'
-coefficients, and the moments' rates of both rails.
+are (fours, nodes, HALF). Sleepers over voids follow in fours of their own: the ballast presses them up (voids.py). The
+array `rails` of an assembly holds, one behind the other: RAIL_NUMBERS; d of both ways; r; B of each way with the force
+first, only one where sleepers do not roll; and scratch memory: P and P', the deflections' coefficients, the moments'
+rates of both rails, and over voids P''.
 """
 
 from __future__ import annotations
@@ -29,8 +30,10 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march import contact_laws as laws
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import HALF, LANES
-from wheeltapper.march.kernel import inlined_kernel, kernel, uncounted_kernel
+from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.rail_answers import add_answers, answer_at_once, places_of, sum_lanes, sum_ways, write_growth
+from wheeltapper.march.voids import measure_voids, press_voids
 
 MOST_TURNS = 40
 """Iterations for the forces on the local compliance; they rise to the solution from below, quadratically at last."""
@@ -44,41 +47,24 @@ SHORTEST_LAG = 0.025
 """Shortest time by which the rate of an indentation that is a state follows, in the longest macro steps."""
 ONE = 1
 """Place of the size of one rail's coefficients in what `places_of` returns."""
-ROW_A, ROW_B, ROW_C, ROW_D = range(4)
-ROWS_AT_ONCE = 4
-"""Moments whose answers are added in one go."""
 
 
-def rails_array(nodes: int, fours: int, states: int, rolls: bool, force: float, at_once: bool) -> FloatArray:
+def rails_array(
+    nodes: int, fours: int, states: int, rolls: bool, force: float, at_once: bool, over_voids: bool = False
+) -> FloatArray:  # fmt: skip
     """Return the array `rails` of rails at rest without a load; the moments begin at `states` in the state.
 
     `rolls` says that the rails against one another are another track than the rails together, `at_once` that macro
-    steps in which nothing happens are solved at once. `force`: near a static one, N.
+    steps in which nothing happens are solved at once. `force`: near a static one, N. `over_voids`: fours of sleepers
+    follow those of wheelsets.
     """
     one = fours * nodes * HALF
     against = one * one if rolls else 0
-    out = np.zeros(asm.RAIL_NUMBERS + 2 * one + one + one * one + against + 2 * nodes + 4 * one)
+    out = np.zeros(asm.RAIL_NUMBERS + 2 * one + one + one * one + against + 2 * nodes + 4 * one + over_voids * nodes)
     out[asm.RAIL_SECONDS] = 1.0
     out[[asm.RAIL_NODES, asm.RAIL_FOURS, asm.RAIL_STATES, asm.RAIL_AGAINST]] = nodes, fours, states, against
     out[[asm.RAIL_FORCE, asm.RAIL_AT_ONCE]] = force, at_once
     return out
-
-
-@inlined_kernel
-def places_of(data: FloatArray, plan: IntArray) -> tuple[int, int, int, int, int, int, int, int, int]:
-    """Return the nodes, the size of one way's coefficients, and where all begins in the data.
-
-    That is d, r, B, P, P', the deflections' coefficients and the moments' rates.
-    """
-    at = plan[asm.AT_RAILS]
-    nodes = int(data[at + asm.RAIL_NODES])
-    one = int(data[at + asm.RAIL_FOURS]) * nodes * HALF
-    free = at + asm.RAIL_NUMBERS
-    local = free + 2 * one
-    answers = local + one
-    values = answers + one * one + int(data[at + asm.RAIL_AGAINST])
-    present = values + 2 * nodes
-    return nodes, one, free, local, answers, values, values + nodes, present, present + 2 * one
 
 
 @kernel
@@ -126,61 +112,6 @@ def enter_logged_step(
         enter_macro_step(step, ends, free[step], local[place], answers[place], data, plan)
 
 
-@uncounted_kernel
-def _add_four(A: FloatArray, x: FloatArray, y: FloatArray, factor: float, out: FloatArray) -> None:
-    """Add four rows of A, one behind the other, times the entries of x/2 + factor·y."""
-    one = len(out)
-    first, second, third, fourth = A[:one], A[one : 2 * one], A[2 * one : 3 * one], A[3 * one :]
-    a, b = 0.5 * x[ROW_A] + factor * y[ROW_A], 0.5 * x[ROW_B] + factor * y[ROW_B]
-    c, d = 0.5 * x[ROW_C] + factor * y[ROW_C], 0.5 * x[ROW_D] + factor * y[ROW_D]
-    for k in range(one):
-        out[k] += a * first[k] + b * second[k] + c * third[k] + d * fourth[k]
-
-
-@uncounted_kernel
-def _add_answers(one: int, at: int, answers: int, against: int, to: int, w: FloatArray, data: FloatArray) -> None:
-    """Add what both ways answer to moments of the rails, w from `at` on, to their coefficients, data from `to` on.
-
-    `one` is the size of one of them, `against` the distance between the answers of both ways.
-    """
-    together, apart = data[to : to + one], data[to + one : to + 2 * one]
-    left, right = w[at : at + one], w[at + one : at + 2 * one]
-    for j in range(0, one, ROWS_AT_ONCE):
-        rows = slice(j, j + ROWS_AT_ONCE)
-        begin, length = answers + j * one, ROWS_AT_ONCE * one
-        _add_four(data[begin : begin + length], left[rows], right[rows], 0.5, together)
-        _add_four(data[begin + against : begin + against + length], left[rows], right[rows], -0.5, apart)
-
-
-@inlined_kernel
-def _sum_lanes(first: int, values: int, nodes: int, row: int, data: FloatArray, L: FloatArray) -> None:
-    """Write Σ_m P_m·(coefficients) of eight lanes, the same for both rails."""
-    for i in range(LANES):
-        L[row + i] = 0.0
-    for m in range(nodes):
-        value = data[values + m]
-        at = first + m * HALF
-        for i in range(HALF):
-            L[row + i] += value * data[at + i]
-            L[row + HALF + i] += value * data[at + i]
-
-
-@inlined_kernel
-def _sum_ways(first: int, one: int, values: int, nodes: int, row: int, data: FloatArray, L: FloatArray) -> None:
-    """Write Σ_m P_m·(coefficients) of eight lanes: for the left rail the sum of both ways, else the difference.
-
-    Coefficients of the rails together begin at `first`, those of the rails against one another `one` later.
-    """
-    for i in range(LANES):
-        L[row + i] = 0.0
-    for m in range(nodes):
-        value = data[values + m]
-        at = first + m * HALF
-        for i in range(HALF):
-            L[row + i] += value * (data[at + i] + data[at + one + i])
-            L[row + HALF + i] += value * (data[at + i] - data[at + one + i])
-
-
 @inlined_kernel
 def _write_legendre(z: float, nodes: int, values: int, slopes: int, data: FloatArray) -> None:
     """Write Legendre's polynomials and their derivatives at z."""
@@ -210,15 +141,17 @@ def free_rails(t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels
     _write_legendre(2.0 * (t - data[at + asm.RAIL_BEGAN]) / seconds - 1.0, nodes, values, slopes, data)
     for k in range(2 * one):
         data[present + k] = data[free + k]
-    _add_answers(one, int(data[at + asm.RAIL_STATES]), answers, int(data[at + asm.RAIL_AGAINST]), present, w, data)
-    treads = int(data[asm.TREADS])
-    for o in range(wheels.shape[0]):
+    add_answers(one, int(data[at + asm.RAIL_STATES]), answers, int(data[at + asm.RAIL_AGAINST]), present, w, data)
+    treads, octets = int(data[asm.TREADS]), plan[asm.WHEEL_OCTETS]
+    for o in range(octets):
         L = wheels[o]
         own = present + o % treads * nodes * HALF
-        _sum_ways(own, one, values, nodes, wheel.ROW_RAIL, data, L)
-        _sum_ways(own, one, slopes, nodes, wheel.RAIL_RATE, data, L)
+        sum_ways(own, one, values, nodes, wheel.ROW_RAIL, data, L)
+        sum_ways(own, one, slopes, nodes, wheel.RAIL_RATE, data, L)
         for i in range(LANES):
             L[wheel.RAIL_RATE + i] *= 2.0 / seconds
+    if octets < wheels.shape[0]:
+        measure_voids(data, plan, wheels)
 
 
 @inlined_kernel
@@ -293,7 +226,7 @@ def press_rails(rated: bool, data: FloatArray, plan: IntArray, wheels: FloatArra
 def gather_lags(data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray) -> None:
     """Copy the indentations' rates that are states into the lanes."""
     begin = _first_lag(data, plan)
-    for o in range(wheels.shape[0]):
+    for o in range(plan[asm.WHEEL_OCTETS]):
         for i in range(LANES):
             wheels[o, wheel.LATE_RATE + i] = w[begin + o * LANES + i]
 
@@ -302,7 +235,7 @@ def gather_lags(data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatAr
 def write_lag_rates(data: FloatArray, plan: IntArray, wheels: FloatArray, out: FloatArray) -> None:
     """Write how fast these follow what was computed last."""
     begin = _first_lag(data, plan)
-    for o in range(wheels.shape[0]):
+    for o in range(plan[asm.WHEEL_OCTETS]):
         L = wheels[o]
         for i in range(LANES):
             if L[wheel.AWAKE] != 0.0 and L[wheel.SIDES + i] != 0.0:
@@ -319,7 +252,7 @@ def catch_up(data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray
     if plan[asm.AT_RAILS] == 0:
         return
     begin = _first_lag(data, plan)
-    for o in range(wheels.shape[0]):
+    for o in range(plan[asm.WHEEL_OCTETS]):
         L = wheels[o]
         for i in range(LANES):
             if L[wheel.AWAKE] != 0.0 and L[wheel.ON + i] == 0.0:
@@ -343,19 +276,19 @@ def _press_by_rates(data: FloatArray, plan: IntArray, wheels: FloatArray) -> Non
     """
     treads = int(data[asm.TREADS])
     shortest = SHORTEST_LAG * data[plan[asm.AT_RAILS] + asm.RAIL_LONGEST]
-    for o in range(wheels.shape[0]):
+    for o in range(plan[asm.WHEEL_OCTETS]):
         for row, free in wheel.FREED:
             for i in range(LANES):
                 wheels[o, free + i] = wheels[o, row + i]
     for turn in range(MOST_TURNS):
         if turn > 0:
-            for o in range(wheels.shape[0]):
+            for o in range(plan[asm.WHEEL_OCTETS]):
                 for row, free in wheel.FREED:
                     for i in range(LANES):
                         wheels[o, row + i] = wheels[o, free + i]
         _press_once(True, data, data, plan, wheels)  # type: ignore[arg-type]
         most = 0.0
-        for o in range(wheels.shape[0]):
+        for o in range(plan[asm.WHEEL_OCTETS]):
             L = wheels[o]
             T = wheels[o % treads]
             if L[wheel.AWAKE] == 0.0:
@@ -371,27 +304,30 @@ def _press_by_rates(data: FloatArray, plan: IntArray, wheels: FloatArray) -> Non
             break
 
 
+@inlined_kernel
+def is_flanged(o: int, data: FloatArray, plan: IntArray, wheels: FloatArray) -> bool:
+    """Return True where the flanges of an octet of treads may touch."""
+    treads = int(data[asm.TREADS])
+    return bool(plan[asm.WHEEL_OCTETS] > treads and wheels[(o + treads) % wheels.shape[0], wheel.AWAKE] != 0.0)
+
+
 @kernel
 def _press_once(rated: bool, law: FloatArray | None, data: FloatArray, plan: IntArray, wheels: FloatArray) -> None:
     """Do so for given grips; `law` is None of Hertz's, or the data."""
-    nodes, one, _, local, _, values, _, _, growing = places_of(data, plan)
+    nodes, _, _, local, _, values, _, _, _ = places_of(data, plan)
     treads = int(data[asm.TREADS])
     for o in range(treads):
-        T = wheels[o]
-        G = wheels[(o + treads) % wheels.shape[0]]
-        flanged = wheels.shape[0] > treads and G[wheel.AWAKE] != 0.0
+        T, flanged = wheels[o], is_flanged(o, data, plan, wheels)
+        G = wheels[o + treads] if flanged else T
         first = o * nodes * HALF
-        _sum_lanes(local + first, values, nodes, wheel.SOFTNESS, data, T)
+        sum_lanes(local + first, values, nodes, wheel.SOFTNESS, data, T)
         _settle(flanged, law, T, G)
         press_octet(law, T, T)
         if flanged:
             press_octet(law, T, G)
-        for m in range(nodes):
-            value = data[values + m]
-            at = growing + first + m * HALF
-            for i in range(HALF):
-                data[at + i] = value * T[wheel.ROW_FORCE + i]
-                data[at + one + i] = value * T[wheel.ROW_FORCE + HALF + i]
+        write_growth(o, wheel.ROW_FORCE, values, data, plan, T)
+    if plan[asm.WHEEL_OCTETS] < wheels.shape[0]:
+        press_voids(rated, data, plan, wheels)
     if rated:
         _add_force_rates(law, data, plan, wheels)
 
@@ -417,20 +353,16 @@ def _growths(i: int, law: FloatArray | None, L: FloatArray) -> tuple[float, floa
 @kernel
 def _add_force_rates(law: FloatArray | None, data: FloatArray, plan: IntArray, wheels: FloatArray) -> None:
     """Correct the rates: the rails yield to the present forces at once by a little, and r·N changes."""
-    at = plan[asm.AT_RAILS]
-    seconds, against = data[at + asm.RAIL_SECONDS], int(data[at + asm.RAIL_AGAINST])
-    nodes, one, _, local, answers, values, slopes, present, growing = places_of(data, plan)
-    for k in range(2 * one):
-        data[present + k] = 0.0
-    _add_answers(one, growing, answers, against, present, data, data)
+    seconds = data[plan[asm.AT_RAILS] + asm.RAIL_SECONDS]
+    nodes, one, _, local, _, values, slopes, present, _ = places_of(data, plan)
+    answer_at_once(data, plan)
     treads = int(data[asm.TREADS])
     for o in range(treads):
-        T = wheels[o]
-        G = wheels[(o + treads) % wheels.shape[0]]
-        flanged = wheels.shape[0] > treads and G[wheel.AWAKE] != 0.0
+        T, flanged = wheels[o], is_flanged(o, data, plan, wheels)
+        G = wheels[o + treads] if flanged else T
         first = o * nodes * HALF
-        _sum_ways(present + first, one, values, nodes, wheel.ROW_SINKS, data, T)
-        _sum_lanes(local + first, slopes, nodes, wheel.ROW_EXCESS, data, T)
+        sum_ways(present + first, one, values, nodes, wheel.ROW_SINKS, data, T)
+        sum_lanes(local + first, slopes, nodes, wheel.ROW_EXCESS, data, T)
         for i in range(LANES):
             r = T[wheel.SOFTNESS + i]
             sinks = (T[wheel.ROW_SINKS + i] + 2.0 * T[wheel.ROW_EXCESS + i] * T[wheel.ROW_FORCE + i]) / seconds

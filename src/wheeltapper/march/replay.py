@@ -98,7 +98,7 @@ def replay_kernel(
     w, y, spare = np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
     start_kernel(data, plan, start, w, wheels, pieces, np.empty(RUN_CARRIED))
-    nodal = whole_steps.nodal_for(gauss, n, wheels.shape[0], int(data[asm.TREADS]))
+    nodal = whole_steps.nodal_for(gauss, n, data, plan, wheels)
     at_once = False
     row = -1
     entered = -1
@@ -155,7 +155,9 @@ def _stored_force(i: int, data: FloatArray, L: FloatArray) -> float:
 
 @kernel
 def _contact_energy(i: int, data: FloatArray, L: FloatArray) -> float:
-    """Return the elastic energy of a contact."""
+    """Return the elastic energy of a wheel's contact; that of voids belongs to the track."""
+    if L[wheel.VOID_FLAG] != 0.0:
+        return 0.0
     if is_plastic(data):
         stored, _ = yield_energy(i, data, L)
         return stored * L[wheel.ON + i]
@@ -309,7 +311,7 @@ def energy_kernel(
     w, y, spare, rate = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
     power = np.empty(POWERS_KEPT)
-    nodal = whole_steps.nodal_for(gauss, n, wheels.shape[0], int(data[asm.TREADS]))
+    nodal = whole_steps.nodal_for(gauss, n, data, plan, wheels)
     start_kernel(data, plan, start, w, wheels, pieces, np.empty(RUN_CARRIED))
     works[:] = 0.0
     impulses[:] = 0.0

@@ -13,10 +13,10 @@ import numpy as np
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import BODY, LANES, MOTION_Z, PLACES, ROLL, TO_RATE
-from wheeltapper.march.contact_laws import is_lossy, is_plastic, pulls
+from wheeltapper.march.contact_laws import is_lossy, is_plastic
 from wheeltapper.march.crossing import Span, at_place, corner_ahead, find_corner, find_fall, first_change, may_cross
 from wheeltapper.march.kernel import inlined_kernel, kernel
-from wheeltapper.march.passing import SAME, log_peak
+from wheeltapper.march.passing import SAME, log_peak, may_part
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.sliders import deflection, slider_number
 from wheeltapper.march.wheel_rows import ARM, AWAKE, DELTA_RATE, NORMAL, NORMAL_RATE, ON, ROW_DELTA, SIDES
@@ -26,6 +26,8 @@ UPPERS, UPPER_RATES, UPPER_MARKS, LOWERS, LOWER_RATES, LOWER_MARKS = range(8, 14
 KEPT = 14
 BORDERS = ((UPPER_MARKS, wheel.TO_UPPER), (LOWER_MARKS, wheel.TO_LOWER))
 """Marks of both borders of a stretch, and the rows of the distances to them."""
+ROUGHLY_THEN = 1.1
+"""Factor on the time of a void's probable change, whose rate is known to some thousandth: the step ends behind it."""
 SEARCH_NOISE = 1e-11
 """Relative growth of a force in a step up to which it counts as none."""
 QUIET_FORCE = 1e-7
@@ -94,12 +96,15 @@ def time_to_change(longest: float, data: FloatArray, wheels: FloatArray, rates: 
     soonest = longest
     for o in range(wheels.shape[0]):
         L = wheels[o]
-        if L[AWAKE] == 0.0 or pulls(data, L):
+        if not may_part(data, L):
             continue
         for i in range(LANES):
+            sign = 2.0 * L[ON + i] - 1.0
+            if L[wheel.VOID_FLAG] != 0.0:
+                when = _time_to_zero(sign * L[ROW_DELTA + i], sign * L[DELTA_RATE + i], 0.0)
+                soonest = min(soonest, ROUGHLY_THEN * when)
             if L[SIDES + i] == 0.0:
                 continue
-            sign = 2.0 * L[ON + i] - 1.0
             at = int(L[BODY * LANES + i]) * PLACES + TO_RATE
             bend = -sign * (rates[at + MOTION_Z] + L[SIDES + i] * L[ARM + i] * rates[at + ROLL])
             when = _time_to_zero(sign * L[ROW_DELTA + i], sign * L[DELTA_RATE + i], bend)
@@ -169,16 +174,17 @@ def mark_changes(
     lossy, near = is_lossy(data), SAME * data[asm.STATIC_INDENTATION]
     for o in range(wheels.shape[0]):
         L = wheels[o]
-        if L[AWAKE] == 0.0 or pulls(data, L):
+        if not may_part(data, L):
             continue
+        is_void = L[wheel.VOID_FLAG] != 0.0
         for i in range(LANES):
-            if L[SIDES + i] == 0.0:
+            if L[SIDES + i] == 0.0 and not is_void:
                 continue
             lane = o * LANES + i
             sign = 2.0 * L[ON + i] - 1.0
             before, after = sign * kept[DELTAS, lane], sign * L[ROW_DELTA + i]
             may = may_cross(h, before, sign * kept[DELTA_RATES, lane], after, sign * L[DELTA_RATE + i])
-            if lossy:
+            if lossy and not is_void:
                 may = _may_change(h, i, lane, may, near, L, kept)
             if may:
                 kept[MARKS, lane] = 1.0
@@ -307,7 +313,7 @@ def log_corners(
     for lane in range(kept.shape[1]):
         L = wheels[lane // LANES]
         i = lane % LANES
-        if L[ON + i] == 0.0 and kept[FORCES, lane] == 0.0:
+        if L[AWAKE] == 0.0 or (L[ON + i] == 0.0 and kept[FORCES, lane] == 0.0):
             continue
         before, after = kept[FORCES, lane], L[NORMAL + i]
         least = QUIET_FORCE * max(abs(before), abs(after))

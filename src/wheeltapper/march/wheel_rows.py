@@ -44,6 +44,9 @@ that ratio, of the force, of the indentation, and of the rail's deflection."""
 """Of such a contact on a rail that gives way: indentation, deflection and rates without what the force does to it; the
 rate that is a state, which follows late, and the time by which it does; and that at which its force is taken, zero
 where it depends on none."""
+(DEPTH, DEPTH_RATE, DEPTH_BEND, FREE_DEPTH_RATE, FREE_DEPTH_BEND) = _next_rows(5)
+"""Of a sleeper in the ballast below a void, negative above it: its depth and two derivatives, and these but for what
+the present forces add."""
 (STIFF_X, STIFF_Y, STIFF_SPIN, STIFF_TURN, ROW_FLATNESS) = _next_rows(5)
 """Kalker's coefficients at this force, and b/a."""
 (SLIP_X, SLIP_Y, SLIP_TURN, FX, FY, MZ, SHARE) = _next_rows(7)
@@ -59,9 +62,9 @@ and the indentation from there at which it yields, with their rates."""
 (BEARS_POLY, *_) = _next_rows(MAX_DEGREE + 1)
 """The present piece of both over time, as that of the path."""
 FLAGS = next(_ROWS)
-DEGREE_FLAG, WAVE_FLAG, FACTOR_FLAG, AWAKE, MARK_FLAG, INCLINED_FLAG = range(FLAGS, FLAGS + 6)
+DEGREE_FLAG, WAVE_FLAG, FACTOR_FLAG, AWAKE, MARK_FLAG, INCLINED_FLAG, VOID_FLAG = range(FLAGS, FLAGS + 7)
 """Degree of the octet's polynomials, whether any lane has a wave or a factor, whether it has to be computed, whether
-any lane has marks, and 1 of flanges, else 0."""
+any lane has marks, 1 of flanges, else 0, and 1 of voids, else 0. Voids are never awake: that is for wheels."""
 OCTET_ROWS = int(next(_ROWS))
 GATHERED = (
     (QY, asm.MOTION_Y), (QZ, asm.MOTION_Z), (QROLL, asm.ROLL), (QYAW, asm.YAW), (VX, TO_RATE + asm.MOTION_X),

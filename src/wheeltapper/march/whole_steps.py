@@ -31,9 +31,11 @@ from wheeltapper.march.crossing import corner_ahead
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.kernel import inlined_uncounted_kernel, kernel, uncounted_kernel
 from wheeltapper.march.program import SOFT, FloatArray, IntArray
-from wheeltapper.march.rail_motion import places_of, press_octet
+from wheeltapper.march.rail_answers import places_of
+from wheeltapper.march.rail_motion import is_flanged, press_octet
 from wheeltapper.march.rates import add_element_forces, body_rates
 from wheeltapper.march.sliders import deflection
+from wheeltapper.march.voids import four_of, void_number
 from wheeltapper.march.wheel_paths import evaluate_paths, gather_motions, set_piece
 from wheeltapper.march.wheels import add_body_forces, creep_forces, normal_forces
 
@@ -119,10 +121,10 @@ def _matrix(number: int, gauss: FloatArray) -> FloatArray:
 
 
 @kernel
-def nodal_for(gauss: FloatArray, states: int, octets: int, treads: int) -> Nodal:
+def nodal_for(gauss: FloatArray, states: int, data: FloatArray, plan: IntArray, wheels: FloatArray) -> Nodal:
     """Return the matrices, and room."""
-    q = gauss.shape[1]
-    one = treads * q * HALF
+    q, octets, treads = gauss.shape[1], wheels.shape[0], int(data[asm.TREADS])
+    one = (treads + octets - plan[asm.WHEEL_OCTETS]) * q * HALF
     return Nodal(
         gauss[NODE_PLACES], gauss[NODE_WEIGHTS], _matrix(NODE_VALUES, gauss), _matrix(NODE_TRANSFORM, gauss),
         _matrix(NODE_INTEGRALS, gauss), _matrix(NODE_TWICE, gauss), _matrix(NODE_BERNSTEIN, gauss),
@@ -673,7 +675,7 @@ def _settle_step(
         _press_rails(solid, data, plan, nodal)
         _measure_gaps(data, plan, wheels, nodal)
         for o in range(treads):
-            flange = o + treads if wheels.shape[0] > treads and wheels[o + treads, wheel.AWAKE] != 0.0 else -1
+            flange = o + treads if is_flanged(o, data, plan, wheels) else -1
             _solve_wheels(o, flange, turn <= 1, enough, wheels[o], wheels[max(flange, 0)], nodal)
         if turn == 0:
             _first_rates(start, data, plan, wheels, nodal)
@@ -730,11 +732,38 @@ def expand(matrix: FloatArray, values: FloatArray, out: FloatArray) -> None:
 
 
 @uncounted_kernel
+def _stay_open(o: int, data: FloatArray, plan: IntArray, L: FloatArray, nodal: Nodal) -> bool:
+    """Return True where all voids of an octet are open all through the step."""
+    q, one, free, _, _, _, _, _, _ = places_of(data, plan)
+    together, apart = nodal.sums[LEFT_AND_RIGHT], nodal.sums[LEFT_OR_RIGHT]
+    first = four_of(o, data, plan) * q * HALF
+    above = nodal.change[FIRST_NODE]
+    for m in range(q):
+        for i in range(LANES):
+            above[i] = void_number(asm.VOID_GAP, i, o, data, plan)
+        for k in range(q):
+            bernstein = nodal.bernstein[m, k]
+            for i in range(HALF):
+                both = together[first + k * HALF + i]
+                half = apart[first + k * HALF + i]
+                for n in range(q):
+                    value = nodal.values[k, n]
+                    both += value * data[free + first + n * HALF + i]
+                    half += value * data[free + one + first + n * HALF + i]
+                above[i] += bernstein * (both + half)
+                above[HALF + i] += bernstein * (both - half)
+        for i in range(LANES):
+            if L[wheel.ON + i] != 0.0 or not above[i] > 0.0:
+                return False
+    return True
+
+
+@uncounted_kernel
 def _nothing_happens(data: FloatArray, plan: IntArray, wheels: FloatArray, pieces: FloatArray, nodal: Nodal) -> bool:
-    """Return True where no contact changes in the step, no flange comes near, and no element reaches a corner."""
+    """Return True where no contact changes in the step, no flange or sleeper comes near, no corner is reached."""
     q, treads = len(nodal.places), int(data[asm.TREADS])
     for o in range(treads):
-        asleep = wheels.shape[0] > treads and wheels[o + treads, wheel.AWAKE] == 0.0
+        asleep = plan[asm.WHEEL_OCTETS] > treads and wheels[o + treads, wheel.AWAKE] == 0.0
         for i in range(LANES):
             widest = nodal.shifts[o, i]
             if widest > data[asm.LARGEST_SHIFT] or (asleep and widest > data[asm.FLANGE_FROM]):
@@ -748,6 +777,9 @@ def _nothing_happens(data: FloatArray, plan: IntArray, wheels: FloatArray, piece
             for i in range(LANES):
                 if L[wheel.SIDES + i] != 0.0 and not (2.0 * L[wheel.ON + i] - 1.0) * nodal.change[m, i] > 0.0:
                     return False
+    for o in range(plan[asm.WHEEL_OCTETS], wheels.shape[0]):
+        if not _stay_open(o, data, plan, wheels[o], nodal):
+            return False
     for element in range(plan[asm.LAWS]):
         for k in range(q):
             here = deflection(element, data, plan, nodal.states[k])
@@ -762,8 +794,8 @@ def _write_end(w: FloatArray, y: FloatArray, data: FloatArray, plan: IntArray, n
     nodes, one, _, _, _, _, _, _, _ = places_of(data, plan)
     at = plan[asm.AT_RAILS]
     h, behind = data[at + asm.RAIL_SECONDS], int(data[at + asm.RAIL_STATES])
-    for i in range(behind):
-        y[i] = w[i]
+    for i in range(len(y)):
+        y[i] = w[i] if i < behind else 0.0
     for k in range(0, nodes, 2):
         _add_two(
             h * nodal.weights[k], nodal.rates[k, :behind], h * nodal.weights[k + 1], nodal.rates[k + 1, :behind],

@@ -24,9 +24,9 @@ from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.dampers_on_rails import damper_motion, has_ends, stops_met
 from wheeltapper.record.elements_on_rails import element_events, element_motion
 from wheeltapper.record.kinds import Kind, Variables
-from wheeltapper.record.labels import VOID_OPENS
 from wheeltapper.record.own_law import beyond_table
 from wheeltapper.record.stored_task import read, tables
+from wheeltapper.record.voids import events_of_voids
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -77,14 +77,7 @@ def _seat_events(scenario: Scenario, lowered: LoweredOnRails, march: Marched) ->
     voids = march.seat_events[:, contract.EVENT_CONTACT] < len(lowered.anomalies.voids)
     rows = march.seat_events[voids]
     seats = np.array([void.seat for void in lowered.anomalies.voids])
-    seat = seats[rows[:, contract.EVENT_CONTACT].astype(int)]
-    return {
-        "time": rows[:, contract.EVENT_TIME],
-        "kind": rows[:, contract.EVENT_KIND].astype(int) + VOID_OPENS,
-        "seat": seat,
-        "position": lowered.seat + seat * float(scenario.track.spacing),
-        "indentation_rate": rows[:, contract.EVENT_RATE],
-    }
+    return events_of_voids(scenario, rows, seats[rows[:, contract.EVENT_CONTACT].astype(int)])
 
 
 def _sample(scenario: Scenario, lowered: LoweredOnRails, march: Marched, times: FloatArray) -> Variables:

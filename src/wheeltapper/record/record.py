@@ -130,7 +130,10 @@ class Record(Shown):
         """Return a table as it is in public: several contacts have names."""
         contact = columns["contact"]
         labels = self._contacts.public_labels.items()
-        names = {name: np.where(contact == NO_SEAT, all_of.dtype.type(), all_of[contact]) for name, all_of in labels}
+        names = {
+            name: np.where(contact == NO_SEAT, columns.get(name, all_of.dtype.type()), all_of[contact])
+            for name, all_of in labels
+        }
         held = {name: (dimension, values) for name, values in (columns | names).items()}
         return dataset(held, names, self._contacts.has_sides)
 
@@ -139,7 +142,8 @@ class Record(Shown):
         """Losses of contact, impacts and onsets of yield: time, kind, contact, position, indentation rate.
 
         On a track with voids also where these close and open: these have the number of their `seat`, the seat's
-        position, the rate of the sleeper's deflection, and -1 for the contact; wheels' events have the seat -1.
+        position, the rate of the sleeper's deflection, and -1 for the contact; wheels' events have the seat -1. Below a
+        wagon they have the side of the sleeper.
         """
         held = dict(self._events)
         rate, place = held.pop("indentation_rate"), self._contacts.position
@@ -148,6 +152,7 @@ class Record(Shown):
         if self._seat_events is not None:
             held["seat"] = np.full(len(rate), NO_SEAT)
             seated = self._seat_events | {"contact": np.full(len(self._seat_events["time"]), NO_SEAT)}
+            held |= {name: np.zeros(len(rate), seated[name].dtype) for name in seated.keys() - held.keys()}
             order = np.argsort(np.append(held["time"], seated["time"]), kind="stable")
             held = {name: np.append(values, seated[name])[order] for name, values in held.items()}
         return self._public_table("event", held | {"kind": np.array(EVENT_KINDS)[held["kind"]]})

@@ -11,15 +11,17 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK
-from wheeltapper.lower.wagon_on_rails import late_rates
+from wheeltapper.lower.track.anomalies import Void
+from wheeltapper.lower.wagon_on_rails import late_rates, over_voids, voids_of
 from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import HALF, Assembly
+from wheeltapper.march.general.contract import Port
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.tables import Units
 from wheeltapper.march.multibody import RIGID, RailLog
 from wheeltapper.march.rail_motion import rails_array
 from wheeltapper.march.rails.march import OnRails
-from wheeltapper.march.rails.modes import AGAINST, TOGETHER, Track, fours_of, tables_of
+from wheeltapper.march.rails.modes import AGAINST, TOGETHER, Track, tables_of
 from wheeltapper.record import stored
 from wheeltapper.record.stored import UNDAMAGED, check, table
 from wheeltapper.record.stored_task import flat_part, method_of, stored_parts
@@ -41,10 +43,12 @@ def tables(below: OnRails, log: RailLog) -> tuple[dict[str, Any], dict[str, Any]
         "method": np.array(track.method, dtype=float), "places": track.places, "units": np.array(track.units),
         "sinking": below.sinking,
     }  # fmt: skip
-    for way, ring, modes in zip(WAYS, track.rings, below.modes, strict=True):
+    for way, ring, modes, sleepers in zip(WAYS, track.rings, below.modes, track.sleepers, strict=True):
         parts[f"{way}.modes"] = modes
         if ring is not track.rings[TOGETHER] or way == WAYS[TOGETHER]:
             parts |= {f"{way}.{name}": value for name, value in ring._asdict().items()}
+            for name, values in zip(Port._fields, zip(*sleepers, strict=True), strict=False):
+                parts[f"{way}.sleepers.{name}"] = np.array(values)
     out = {
         "task": (("task_entry",), np.concatenate([flat_part(part) for part in parts.values()])),
         "rails_free": (("macro_step", "coefficient"), log.free),
@@ -63,11 +67,11 @@ def read(data: xr.Dataset, assembly: Assembly, scenario: Scenario) -> tuple[OnRa
         below = _below(parts, assembly, scenario)
     except KeyError as error:
         raise InputError("", "task_parts", f"nothing of {error.args[0]}", UNDAMAGED) from None
-    nodes, fours = below.track.method.nodes, fours_of(len(below.track.places))
+    nodes, fours = below.track.method.nodes, below.track.fours
     coefficients = 2 * fours * HALF * nodes
     moments = len(assembly.start) - late_rates(assembly) - coefficients
     force = below.track.units.force
-    marched = rails_array(nodes, fours, moments, below.track.rolls, force, False)
+    marched = rails_array(nodes, fours, moments, below.track.rolls, force, False, below.track.over_voids > 0)
     rails = assembly.rails
     if len(rails) == len(marched) - len(LATER):  # earlier versions marched every macro step
         rails = np.insert(rails, LATER[0], [force, 0.0])
@@ -100,9 +104,36 @@ def _below(parts: dict[str, Any], assembly: Assembly, scenario: Scenario) -> OnR
             raise InputError("", f"task, {name}", f"the shape {parts[name].shape}", f"{shape}; {UNDAMAGED}")
     length, force = parts["units"].tolist()
     check("task, units", parts["units"], parts["units"] > 0.0, "positive numbers")
-    track = Track(rings, method_of(parts["method"]), parts["places"], float(scenario.speed), Units(length, force))
+    own = _sleepers(parts, WAYS[TOGETHER])
+    sleepers = own, _sleepers(parts, WAYS[AGAINST]) if rolls else own
+    units = Units(length, force)
+    track = Track(rings, method_of(parts["method"]), parts["places"], float(scenario.speed), units, sleepers)
     modes = parts[f"{WAYS[TOGETHER]}.modes"], parts[f"{WAYS[AGAINST]}.modes"]
     return OnRails(assembly, track, modes, parts["sinking"])
+
+
+def _sleepers(parts: dict[str, Any], way: str) -> tuple[Port, ...]:
+    """Return the sleepers over voids as they move in one way."""
+    if f"{way}.sleepers.gap" not in parts:
+        return ()
+    deflection, drive, gap, residual = (parts[f"{way}.sleepers.{name}"] for name in Port._fields)
+    modes, shape = len(parts[f"{way}.rates"]), gap.shape
+    for name, held, wanted in (
+        ("deflection", deflection, (*shape, modes)), ("drive", drive, (*shape, modes)), ("residual", residual, shape),
+    ):  # fmt: skip
+        if held.shape != wanted or len(shape) != 1:
+            raise InputError("", f"task, {way}.sleepers.{name}", f"the shape {held.shape}", f"{wanted}; {UNDAMAGED}")
+    return tuple(Port(deflection[i], drive[i], float(gap[i]), float(residual[i])) for i in range(len(gap)))
+
+
+def checked_voids(below: OnRails, scenario: Scenario) -> tuple[Void, ...]:
+    """Return the voids of a scenario; refuse rails that have others."""
+    ring = below.track.rings[TOGETHER]
+    voids = voids_of(scenario, ring.bays * ring.seats)
+    held = over_voids(below.assembly._replace(kinds=below.assembly.kinds[: below.assembly.wheel_octets]), voids).voids
+    if below.track.over_voids != len(voids) or not np.array_equal(held, below.assembly.voids):
+        raise InputError("", "task_parts", "other voids than the scenario's", UNDAMAGED)
+    return voids
 
 
 def _ring(parts: dict[str, Any], way: str) -> Ring:

@@ -186,7 +186,9 @@ class _Ridden(NamedTuple):
     wheels
         Positions of the wheelsets at time zero, m from there.
     residuals
-        Local compliance below each void, m/N; their forces follow those of the wheels.
+        Local compliance below each void in each way, m/N; their forces follow those of the wheels.
+    arms
+        How far out these forces are, in distances of the rail from the middle.
     at
         From rising times to each way.
     sides
@@ -197,7 +199,8 @@ class _Ridden(NamedTuple):
     anomalies: tuple[Anomalies, ...]
     seat: float
     wheels: list[float]
-    residuals: list[float]
+    residuals: list[FloatArray]
+    arms: list[FloatArray]
     at: Callable[[FloatArray], list[RailAt]]
     sides: tuple[str, ...] = ()
 
@@ -214,28 +217,27 @@ def _below_plane(record: Record) -> _Ridden:
         found = run.modes_of_track(record._march, times)
         return [RailAt(found, shown.force, shown.force_rate, shown.force_bend)]
 
-    ways = ((section_of(record.scenario.track), lowered.modes),)
+    ways, ports = ((section_of(record.scenario.track), lowered.modes),), system.ports
     return _Ridden(
         ways, (lowered.anomalies,), lowered.seat, [one.position for one in system.wheels],
-        [port.residual for port in system.ports], at,
+        [np.array([port.residual for port in ports])], [np.ones(len(ports))], at,
     )  # fmt: skip
 
 
 def _below_wagon(record: Record) -> _Ridden:
+    from wheeltapper.lower.wagon_on_rails import arms_of
+
     track, below = record.scenario.track, record._lowered.below
     places = below.track.places
     modes, reach = modes_of(track, record.method, float(np.ptp(places)))
     ways = (section_of(track), modes), (section_of(track, rolling=True), rolling_modes_of(track, reach))
     anomalies = tuple(anomalies_of(track, section, reach.bays) for section, _ in ways)
+    residuals = [np.array([port.residual for port in ports]) for ports in below.track.sleepers]
+    arms = [np.ones(below.track.over_voids), arms_of(record.scenario, reach.bays)]
     return _Ridden(
-        ways,
-        anomalies,
-        float(track.first_sleeper),
-        places.tolist(),
-        [],
-        run.rails_below(below, record._march).at,
-        SIDES[:2],
-    )
+        ways, anomalies, float(track.first_sleeper), places.tolist(), residuals, arms,
+        run.rails_below(below, record._march).at, SIDES[:2],
+    )  # fmt: skip
 
 
 def _readings(
@@ -261,8 +263,8 @@ def _readings(
         out[:, i, 1] = -accelerated
         out[:, i, 2:] = read[:, 1:]
         if place.void is not None:
-            below = shown.force[:, wheels.shape[1] + place.void]
-            lifted = ridden.residuals[place.void] * below
+            arm, pressed = ridden.arms[way][place.void], shown.force[:, wheels.shape[1] + place.void]
+            below, lifted = arm * pressed, ridden.residuals[way][place.void] / arm * pressed
             out[:, i, 0] += lifted
             out[:, i, 2] += place.pad * lifted
             out[:, i, 3] = below

@@ -17,6 +17,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK, OWN_LAW, YIELDING
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.structure import structure_of
+from wheeltapper.lower.track.anomalies import Void
 from wheeltapper.lower.wagon import (
     DECK,
     LONGEST,
@@ -51,9 +52,10 @@ from wheeltapper.record import (
     wagon_energy,
     yielded,
 )
-from wheeltapper.record.contacts import Contacts
+from wheeltapper.record.contacts import SIDES, Contacts
 from wheeltapper.record.kinds import Kind, Variables
 from wheeltapper.record.stored import UNDAMAGED, check, check_whole, table
+from wheeltapper.record.voids import events_of_voids
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -104,7 +106,7 @@ def _contacts(scenario: Scenario, lowered: LoweredWagon) -> Contacts:
     axles = scenario.vehicle.axles
     wheelset, side = np.divmod(np.arange(2 * len(axles)), 2)
     treads = wheelset // HALF * LANES + side * HALF + wheelset % HALF
-    octets = range(0, len(lowered.assembly.kinds), int(lowered.assembly.numbers[asm.TREADS]))
+    octets = range(0, lowered.assembly.wheel_octets, int(lowered.assembly.numbers[asm.TREADS]))
     return Contacts(
         lowered.static_force.ravel(), np.repeat([axle.position for axle in axles], 2),
         np.concatenate([treads + first * LANES for first in octets]), sides=2,
@@ -124,6 +126,18 @@ def _beyond(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) ->
 def _free(contacts: Contacts, march: MultibodyMarch) -> NDArray[np.bool_]:
     closed = march.steps[:, [asm.STEP_CLOSED]]
     return np.asarray(np.floor(closed / 2.0**contacts.lanes) % 2.0 == 0.0)
+
+
+def _seat_events(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> dict[str, NDArray[Any]] | None:
+    """Return where voids below the halves of sleepers close and open."""
+    A = lowered.assembly
+    if not len(A.voids):
+        return None
+    octet, lane = np.divmod(march.seat_events[:, program.EVENT_CONTACT].astype(int), LANES)
+    side, place = np.divmod(lane, HALF)
+    seats = np.array([void.seat for void in lowered.voids])
+    found = events_of_voids(scenario, march.seat_events, seats[(octet - A.wheel_octets) * HALF + place])
+    return found | {"side": np.array(SIDES)[side]}
 
 
 def _sample(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch, times: FloatArray) -> Variables:
@@ -247,6 +261,8 @@ def _tables(lowered: LoweredWagon, march: MultibodyMarch) -> tuple[dict[str, Any
     if lowered.below is not None:
         more, of_rails = stored_rails.tables(lowered.below, march.rails)
         out |= more
+        if len(lowered.assembly.voids):
+            out["seat_events"] = ("seat_event", "event_column"), march.seat_events
         attributes |= of_rails
     return out, attributes
 
@@ -265,9 +281,10 @@ def _read(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredWagon, Multibody
     check("static_force", static, static > 0.0, "positive forces")
     constant = stored.stored_attribute(data, "contact_constant", float)
     below, log = stored_rails.read(data, assembly, scenario)
+    voids = () if below is None else stored_rails.checked_voids(below, scenario)
     assembly = assembly if below is None else below.assembly
-    lowered = LoweredWagon(assembly, layout, structure, static, constant, stored.notes(data), below=below)
-    return lowered, _march_of(data, assembly, scenario)._replace(rails=log)
+    lowered = LoweredWagon(assembly, layout, structure, static, constant, stored.notes(data), below=below, voids=voids)
+    return lowered, _march_of(data, assembly, scenario, voids)._replace(rails=log)
 
 
 def _assembly(data: xr.Dataset) -> Assembly:
@@ -315,12 +332,13 @@ def _of_this_version(A: Assembly) -> Assembly:
 def _check_assembly(A: Assembly, scenario: Scenario, layout: StateLayout) -> None:
     """Refuse an assembly that does not belong to this scenario, or has an index out of range."""
     treads = -(-len(scenario.vehicle.axles) // HALF)
-    octets, bodies, states, elements = len(A.kinds), len(layout.bodies), len(A.start), len(A.element_inside)
+    octets, bodies, states, elements = A.wheel_octets, len(layout.bodies), len(A.start), len(A.element_inside)
     rigid, sliders = len(A.yields), len(A.sliders)
     plastic = YIELDING in scenario.needs
     columns, law = program.MARKED_COLUMNS if plastic else program.PIECE_COLUMNS, len(A.law) if plastic else 0
     shapes = {
-        "numbers": (asm.ASSEMBLY_NUMBERS,), "scales": (states,), "lanes": (octets, asm.LANE_COLUMNS, LANES),
+        "numbers": (asm.ASSEMBLY_NUMBERS,), "scales": (states,), "lanes": (len(A.kinds), asm.LANE_COLUMNS, LANES),
+        "voids": (len(A.voids), asm.VOID_COLUMNS, LANES),
         "cells": (octets // treads, A.cells.shape[1] if A.cells.ndim == 4 else 0, asm.TABLES, asm.TABLE_TERMS),
         "saturation": (asm.SATURATION_CELLS, asm.TABLE_TERMS), "pieces": (len(A.pieces), columns),
         "law": (law, YIELD_COLUMNS),
@@ -339,7 +357,8 @@ def _check_assembly(A: Assembly, scenario: Scenario, layout: StateLayout) -> Non
     if inside < 0 or inside % LANES or octets not in (treads, 2 * treads) or A.cells.shape[1] == 0:
         raise InputError("", "assembly", f"{states} states and {octets} octets of contacts", UNDAMAGED)
     kinds = np.repeat([asm.TREAD, asm.FLANGE], treads)[:octets]
-    check("assembly, kinds", A.kinds, A.kinds == kinds, "treads, then flanges")
+    kinds = np.append(kinds, np.full(len(A.voids), asm.BELOW_SLEEPERS))
+    check("assembly, kinds", A.kinds, A.kinds == kinds, "treads, then flanges, then voids")
     check("assembly, start", A.start, np.abs(A.start) < LARGEST, f"states below {LARGEST:g}")
     _check_numbers(A, scenario, layout, treads)
     _check_law(A, scenario)
@@ -394,7 +413,9 @@ def _check_lanes(A: Assembly, scenario: Scenario, bodies: int, treads: int) -> N
     for k in range(len(scenario.vehicle.axles)):
         wheels[k // HALF, :, k % HALF] = 1.0, -1.0
     sides = A.lanes[:, asm.SIDE]
-    check(names, sides, sides == np.tile(wheels.reshape(treads, LANES), (len(A.lanes) // treads, 1)), "wheels")
+    check(names, A.lanes[A.wheel_octets :], A.lanes[A.wheel_octets :] == 0.0, "nothing of voids")
+    there = np.tile(wheels.reshape(treads, LANES), (A.wheel_octets // treads, 1))
+    check(names, sides, sides == np.vstack([there, np.zeros((len(A.voids), LANES))]), "wheels")
     check_whole(names, A.lanes[:, asm.BODY], 0, bodies - 1)
     last = len(A.pieces) - 1
     check_whole(names, A.lanes[:, [asm.FIRST_PIECE, asm.LAST_PIECE]], 0, last)
@@ -441,7 +462,7 @@ def _check_elements(A: Assembly, own: int) -> None:
         check("assembly, corners", places, bool(far), f"rising corners from below -{LARGEST:g} to above {LARGEST:g}")
 
 
-def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMarch:
+def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario, voids: tuple[Void, ...]) -> MultibodyMarch:
     """Return the march."""
     status = stored.status_of(data)
     end = stored.stored_attribute(data, "end", float)
@@ -469,6 +490,14 @@ def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMar
     if ROWS_LIKE_A_WHEELS not in data.attrs:  # earlier versions had the columns in another order
         events, peaks = events[:, OLD_EVENT_COLUMNS], peaks[:, OLD_PEAK_COLUMNS]
     wheels = np.flatnonzero(A.lanes[:, asm.SIDE].ravel())
+    seated = np.zeros((0, program.EVENT_COLUMNS))
+    if voids:
+        seated = table(data, "seat_events", None, program.EVENT_COLUMNS)
+        stored.rising("seat_events", seated[:, program.EVENT_TIME], end)
+        octet, lane = np.divmod(seated[:, program.EVENT_CONTACT] - LANES * A.wheel_octets, LANES)
+        number = octet * HALF + lane % HALF
+        check("seat_events", number, (number >= 0.0) & (number < len(voids)) & (number % 1.0 == 0.0), "voids")
+        check_whole("seat_events", seated[:, program.EVENT_KIND], program.LOSS, program.IMPACT)
     for name, rows in (("march_events", events), ("march_peaks", peaks)):
         contact = rows[:, program.EVENT_CONTACT]
         check(name, contact, np.isin(contact, wheels), "contacts of wheels")
@@ -477,7 +506,7 @@ def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMar
     latest = program.YIELD if A.stretch_columns else program.IMPACT
     check_whole("march_events", events[:, program.EVENT_KIND], program.LOSS, latest)
     evaluations = stored.stored_attribute(data, "evaluations", int)
-    return MultibodyMarch(status, steps, states, events, peaks, end, state, evaluations)
+    return MultibodyMarch(status, steps, states, events, peaks, end, state, evaluations, seat_events=seated)
 
 
 WAGON = Kind(
@@ -495,5 +524,6 @@ WAGON = Kind(
     tables=_tables,
     read=_read,
     element_events=_element_events,
+    seat_events=_seat_events,
 )
 """Contacts of the treads of all wheels, and of the flanges if they can touch; SI units; the motions of all bodies."""

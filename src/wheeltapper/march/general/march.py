@@ -490,7 +490,9 @@ def equilibrium(system: System, data: Data, static: FloatArray, units: tabulatio
     """Return the joint static state of all contacts and the track, the bodies' springs unstretched."""
     wheels = len(system.wheels)
     delta, height, _ = static_indentations(data, static, units)
-    force = np.append(static, _forces_of_ports(system, rest, static))
+    stiffness = np.array([contact.law.numbers[0] for contact in system.contacts[wheels:]])  # linear at rest
+    gaps = np.array([port.gap for port in system.ports])
+    force = np.append(static, forces_of_ports(rest.deflections[wheels:], static, gaps, stiffness))
     offsets = (delta - height[:wheels]) * units.length + (rest.deflections @ force)[:wheels]
     offsets = np.append(offsets, [-port.gap for port in system.ports])
     return Start(np.zeros(len(tabulation.states_of(system.bodies).A) - 1), force @ rest.amplitudes, offsets)
@@ -524,21 +526,19 @@ def _shown_and_taken(system: System) -> tuple[ComplexArray, ComplexArray, FloatA
     )  # fmt: skip
 
 
-def _forces_of_ports(system: System, rest: Rest, static: FloatArray) -> FloatArray:
+def forces_of_ports(gives: FloatArray, static: FloatArray, gaps: FloatArray, stiffness: FloatArray) -> FloatArray:
     """Return the forces at rest of the contacts that stay where they are, under those of the wheels, N.
 
     Those that the structure does not press together by their gaps have none: their number grows or shrinks until that
-    is true of all of them. Their laws are linear at rest.
+    is true of all of them. `gives` is how far forces of all contacts, the wheels' first, move them apart, m/N.
     """
-    wheels, fixed = len(static), system.contacts[len(static) :]
-    gives = rest.deflections[wheels:]
-    near = -gives[:, :wheels] @ static - [port.gap for port in system.ports]
-    softness = np.diag(np.array([1.0 / contact.law.numbers[0] for contact in fixed]))
+    wheels, softness = len(static), np.diag(1.0 / stiffness)
+    near = -gives[:, :wheels] @ static - gaps
     touching = near > 0.0
-    force = np.zeros(len(fixed))
-    if not fixed:
+    force = np.zeros(len(gaps))
+    if not len(gaps):
         return force
-    for _ in range(2 * len(fixed) + 1):
+    for _ in range(2 * len(gaps) + 1):
         some = np.flatnonzero(touching)
         force[:] = 0.0
         force[some] = np.linalg.solve((softness + gives[:, wheels:])[np.ix_(some, some)], near[some])

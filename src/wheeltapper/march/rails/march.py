@@ -20,7 +20,7 @@ import numpy as np
 
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import maxima_followed, multibody, passing, searching, telling, whole_steps
-from wheeltapper.march.assembly import HALF, Assembly
+from wheeltapper.march.assembly import HALF, LANES, Assembly
 from wheeltapper.march.contact_laws import is_lossy, is_plastic
 from wheeltapper.march.general.by_address import ByAddress
 from wheeltapper.march.general.layout import IM, RE
@@ -30,7 +30,7 @@ from wheeltapper.march.growths import find_growths
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import MultibodyMarch, RailLog
 from wheeltapper.march.pressing import contact_forces
-from wheeltapper.march.program import DONE, FULL, SOFT, FloatArray, IntArray
+from wheeltapper.march.program import DONE, EVENT_CONTACT, FULL, SOFT, FloatArray, IntArray
 from wheeltapper.march.rail_motion import begin_of_step, catch_up, enter_macro_step
 from wheeltapper.march.rails.modes import (
     AGAINST,
@@ -39,13 +39,16 @@ from wheeltapper.march.rails.modes import (
     Track,
     fours_of,
     pass_bay,
+    show_sleeper,
     show_wheel,
     tables_of,
+    take_sleeper,
     take_wheel,
 )
 from wheeltapper.march.rates import rates
 from wheeltapper.march.remembering import Laying, WagonMemory, change_paths, log_first_yields
 from wheeltapper.march.stepping import FIRST_STAGE
+from wheeltapper.march.wheel_rows import VOID_FLAG
 
 
 class OnRails(NamedTuple):
@@ -91,8 +94,9 @@ march_at = MARCH.call
 @kernel
 def rails_kernel(
     address: int, end: float, ends: FloatArray, which: IntArray, reads: FloatArray, writes: FloatArray, first: IntArray,
-    decay: FloatArray, bays: FloatArray, modes: FloatArray, reads_2: FloatArray, writes_2: FloatArray,
-    first_2: IntArray, decay_2: FloatArray, bays_2: FloatArray, modes_2: FloatArray, sets: IntArray, phase: IntArray,
+    decay: FloatArray, bays: FloatArray, fixed_reads: FloatArray, fixed_writes: FloatArray, modes: FloatArray,
+    reads_2: FloatArray, writes_2: FloatArray, first_2: IntArray, decay_2: FloatArray, bays_2: FloatArray,
+    fixed_reads_2: FloatArray, fixed_writes_2: FloatArray, modes_2: FloatArray, sets: IntArray, phase: IntArray,
     bay: IntArray, local: FloatArray, answers: FloatArray, sinking: FloatArray, length: float, force: float,
     free: FloatArray, made: IntArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
     wheels: FloatArray, pieces: FloatArray, steps: FloatArray, states: FloatArray, events: FloatArray,
@@ -109,9 +113,10 @@ def rails_kernel(
     begin = int(data[plan[asm.AT_RAILS] + asm.RAIL_STATES])
     lanes = kept.shape[1]
     moments, spare, spare_2 = np.empty(free.shape[1:]), np.empty_like(modes), np.empty_like(modes_2)
-    nodal = whole_steps.nodal_for(gauss, len(w), len(wheels), int(data[asm.TREADS]))
+    nodal = whole_steps.nodal_for(gauss, len(w), data, plan, wheels)
     may_be_whole = whole_steps.is_possible(data, plan, pieces)
     at, end_of_state = plan[asm.AT_RAILS], np.empty_like(w)
+    fours = int(data[asm.TREADS])
     if made[FRESH] == 0 and S[passing.RUN_TIME] == data[at + asm.RAIL_BEGAN]:
         _meet_rails(S[passing.RUN_TIME], data, plan, w, wheels, events, S)
         made[FRESH] = 1
@@ -191,6 +196,9 @@ def rails_kernel(
         for i in range(len(sets)):
             take_wheel(i, before, writes, first, bays, sets, phase, bay, moments[TOGETHER], modes, spare)
             take_wheel(i, before, writes_2, first_2, bays_2, sets, phase, bay, moments[AGAINST], modes_2, spare_2)
+        for i in range(len(fixed_writes)):
+            take_sleeper(i, length_of, fours, fixed_writes, first, moments[TOGETHER], modes)
+            take_sleeper(i, length_of, fours, fixed_writes_2, first_2, moments[AGAINST], modes_2)
         pass_bay(before, writes.shape[1], bays, phase, modes)
         pass_bay(before, writes_2.shape[1], bays_2, phase, modes_2)
         shown, shown_2 = free[step, TOGETHER], free[step, AGAINST]
@@ -201,6 +209,10 @@ def rails_kernel(
             show_wheel(
                 i, step, reads_2, first_2, bays_2, sets, phase, bay, modes_2, spare_2, length, sinking[AGAINST], shown_2
             )  # fmt: skip
+        length_of = which[step % len(which)]
+        for i in range(len(fixed_reads)):
+            show_sleeper(i, length_of, fours, fixed_reads, first, modes, length, shown)
+            show_sleeper(i, length_of, fours, fixed_reads_2, first_2, modes_2, length, shown_2)
         place = step % len(local)
         enter_macro_step(step, ends, free[step].reshape(-1), local[place], answers[place], data, plan)
         made[MADE] += 1
@@ -284,7 +296,9 @@ def march(
 def _found_so_far(status: int, work: multibody.Work, tables: RailTables, free: FloatArray) -> MultibodyMarch:
     """Return what a march has found so far, with the log of its macro steps."""
     log = RailLog(tables.grid.ends, free.reshape(len(free), -1), tables.local, tables.answers)
-    return multibody.found_so_far(status, work)._replace(rails=log)
+    found, wheel_lanes = multibody.found_so_far(status, work), LANES * int((work.wheels[:, VOID_FLAG] == 0.0).sum())
+    of_wheels = found.events[:, EVENT_CONTACT] < wheel_lanes
+    return found._replace(events=found.events[of_wheels], seat_events=found.events[~of_wheels], rails=log)
 
 
 def _with_moments(A: Assembly, tables: RailTables) -> FloatArray:
@@ -307,7 +321,7 @@ def ways_of(rails: FloatArray) -> FloatArray:
 
 def first_macro_step(task: OnRails, tables: RailTables) -> tuple[list[FloatArray], FloatArray]:
     """Return the modes of each way at the start, (2, modes), and the log of what they show, with its first row."""
-    free = np.zeros((MACRO_STEPS, 2, fours_of(len(tables.sets)), len(tables.ways[TOGETHER].first), HALF))
+    free = np.zeros((MACRO_STEPS, 2, task.track.fours, len(tables.ways[TOGETHER].first), HALF))
     sinking, out = ways_of(task.sinking), []
     for way, (ring, amplitudes) in enumerate(zip(task.track.rings, task.modes, strict=True)):
         held = amplitudes[np.argsort(np.abs(ring.rates), kind="stable")]
@@ -316,6 +330,11 @@ def first_macro_step(task: OnRails, tables: RailTables) -> tuple[list[FloatArray
             show_wheel(
                 i, 0, its.reads, its.first, its.turns, tables.sets, tables.phase, tables.bay, modes,
                 np.empty_like(modes), task.track.units.length, sinking[way], free[0, way],
+            )  # fmt: skip
+        for i in range(task.track.over_voids):
+            show_sleeper(
+                i, tables.grid.which[0], fours_of(len(tables.sets)), its.fixed_reads, its.first, modes,
+                task.track.units.length, free[0, way],
             )  # fmt: skip
         out.append(modes)
     return out, free

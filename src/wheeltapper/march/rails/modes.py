@@ -15,7 +15,7 @@ import numpy as np
 
 from wheeltapper.march.assembly import HALF
 from wheeltapper.march.general.basis import gauss_nodes
-from wheeltapper.march.general.contract import Bodies, Contact, Law, Method, System
+from wheeltapper.march.general.contract import Bodies, Contact, Law, Method, Port, System
 from wheeltapper.march.general.layout import BEGIN, IM, RE
 from wheeltapper.march.general.modal import add_turned_back, read_modes, turn, turned, write_modes
 from wheeltapper.march.general.structure import Ring
@@ -51,6 +51,8 @@ class Track(NamedTuple):
         m/s.
     units
         Of the tables: m and N near a static indentation and force.
+    sleepers
+        Of each way, those over voids, as forces press them up.
     """
 
     rings: tuple[Ring, Ring]
@@ -58,11 +60,28 @@ class Track(NamedTuple):
     places: FloatArray
     speed: float
     units: Units
+    sleepers: tuple[tuple[Port, ...], tuple[Port, ...]] = ((), ())
 
     @property
     def rolls(self) -> bool:
         """Whether the two ways differ."""
         return self.rings[TOGETHER] is not self.rings[AGAINST]
+
+    @property
+    def over_voids(self) -> int:
+        """Number of sleepers over voids."""
+        return len(self.sleepers[TOGETHER])
+
+    @property
+    def fours(self) -> int:
+        """Number of fours of wheelsets and of sleepers over voids."""
+        return fours_of(len(self.places)) + fours_of(self.over_voids)
+
+    @property
+    def entries(self) -> IntArray:
+        """Which entries of the fours are wheelsets, and then sleepers."""
+        behind = fours_of(len(self.places)) * HALF
+        return np.concatenate([np.arange(len(self.places)), behind + np.arange(self.over_voids)])
 
 
 class WayTables(NamedTuple):
@@ -73,6 +92,8 @@ class WayTables(NamedTuple):
     first: IntArray
     decay: FloatArray
     turns: FloatArray
+    fixed_reads: FloatArray
+    fixed_writes: FloatArray
 
 
 class RailTables(NamedTuple):
@@ -132,15 +153,15 @@ def _made_tables(track: Track, made: list[TrackTables]) -> RailTables:
     """Return the tables of a track from those of its ways."""
     transform, compliance = gauss_nodes(track.method.nodes).transform, track.units.length / track.units.force
     held = [without_bodies(one, track.method) for one in made]
-    cross = [compliance * (transform @ one.cross @ transform.T) for one in held]  # (wheel, other, places, m, l)
+    cross = [compliance * (transform @ one.cross @ transform.T) for one in held]  # (place, other, places, m, l)
     residual = compliance * np.mean([one.residual for one in held], axis=0)
-    ways = tuple(WayTables(one.reads, one.writes, one.first, one.decay, one.turns) for one in held)
-    answers = np.hstack([_in_fours(one.transpose(2, 1, 4, 0, 3), 3, 1) for one in cross])
+    ways = tuple(WayTables(*(getattr(one, name) for name in WayTables._fields)) for one in held)
+    answers = np.hstack([_in_fours(one.transpose(2, 1, 4, 0, 3), track, 3, 1) for one in cross])
     solid = np.empty_like(answers)
-    answers_at_nodes(packed_nodes(track.method.nodes), fours_of(len(track.places)), answers, solid)
+    answers_at_nodes(packed_nodes(track.method.nodes), track.fours, answers, solid)
     return RailTables(
         made[TOGETHER].grid, ways, held[TOGETHER].sets, held[TOGETHER].phase, held[TOGETHER].bay,
-        _in_fours(residual.transpose(1, 0, 2), 1),
+        _in_fours(residual.transpose(1, 0, 2), track, 1),
         answers, solid,
     )  # fmt: skip
 
@@ -159,11 +180,12 @@ def fours_of(wheelsets: int) -> int:
     return -(-wheelsets // HALF)
 
 
-def _in_fours(table: FloatArray, *axes: int) -> FloatArray:
-    """Return a table with wheelsets in fours, from (places, …, wheelsets, nodes, …) at each axis; then flat."""
+def _in_fours(table: FloatArray, track: Track, *axes: int) -> FloatArray:
+    """Return a table in fours, from (places, …, wheelsets and sleepers, nodes, …) at each axis; then flat."""
     for axis in axes:
-        missing = -table.shape[axis] % HALF
-        padded = np.pad(table, [(0, missing if i == axis else 0) for i in range(table.ndim)])
+        shape = (*table.shape[:axis], track.fours * HALF, *table.shape[axis + 1 :])
+        padded = np.zeros(shape)
+        np.moveaxis(padded, axis, 0)[track.entries] = np.moveaxis(table, axis, 0)
         split = padded.reshape(*padded.shape[:axis], -1, HALF, *padded.shape[axis + 1 :])
         table = np.moveaxis(split, axis + 1, axis + 2)
     return np.ascontiguousarray(table).reshape(len(table), -1)
@@ -174,6 +196,7 @@ def system_of(track: Track, way: int) -> System:
     none = np.zeros((0, 0))
     law = Law(0, np.zeros(0))
     contacts = tuple(Contact(none, law, float(place)) for place in track.places)
+    contacts += tuple(Contact(none, law, port=port) for port in track.sleepers[way])
     weightless = Bodies(none, none, none, np.zeros((0, len(contacts))), np.zeros(0))
     return System(weightless, contacts, track.speed, track.rings[way])
 
@@ -222,6 +245,24 @@ def take_wheel(i: int, step: int, writes: FloatArray, first: IntArray, turns: Fl
             spare[part, n] = 0.0
     write_modes(rows, first, own, spare[RE], spare[IM])
     add_turned_back(turns[ahead], spare[RE], spare[IM], modes[RE], modes[IM])
+
+
+@uncounted_kernel
+def show_sleeper(i: int, length_of: int, first_four: int, reads: FloatArray, first: IntArray, modes: FloatArray, unit: float, free: FloatArray) -> None:  # fmt: skip  # noqa: E501
+    """Do as `show_wheel` for a sleeper over a void, in a macro step of one of the lengths; seen from where it is."""
+    own = free[first_four + i // HALF, :, i % HALF]
+    for m in range(len(own)):
+        own[m] = 0.0
+    read_modes(reads[i, length_of], first, modes[RE], modes[IM], own)
+    for m in range(len(own)):
+        own[m] *= -unit
+
+
+@uncounted_kernel
+def take_sleeper(i: int, length_of: int, first_four: int, writes: FloatArray, first: IntArray, moments: FloatArray, modes: FloatArray) -> None:  # fmt: skip  # noqa: E501
+    """Do as `take_wheel` for a sleeper over a void."""
+    own = moments[first_four + i // HALF, :, i % HALF]
+    write_modes(writes[i, length_of], first, own, modes[RE], modes[IM])
 
 
 @uncounted_kernel

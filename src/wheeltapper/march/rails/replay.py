@@ -31,7 +31,10 @@ FORCE_ROWS = np.array([wheel.NORMAL, wheel.NORMAL_RATE])
 
 
 class RailAt(NamedTuple):
-    """A track at some times: its modes, and each wheel's force with two derivatives, (times, wheelsets), SI units."""
+    """A track at some times: its modes, and forces with two derivatives, SI units.
+
+    These are of the wheelsets, and then of the sleepers over voids, (times, wheelsets and sleepers).
+    """
 
     modes: Modes
     force: FloatArray
@@ -60,7 +63,7 @@ class RailsReplay:
 
     def __init__(self, task: OnRails, march: MultibodyMarch) -> None:
         self._task, self._march, track = task, march, task.track
-        self._wheelsets = len(track.places)
+        self._entries = track.entries
         made = [tables_for(track, way, float(march.end)) for way in range(len(track.rings))]
         self._grid, self._force = made[0].grid, track.units.force
         moments, self._runs = self._moments_of_macro_steps(), []
@@ -88,17 +91,19 @@ class RailsReplay:
 
     def _as_moments(self, states: FloatArray) -> FloatArray:
         """Return the moments of both ways from states, in units of the tables: (times, 2, wheelsets, nodes)."""
-        fours, nodes = fours_of(self._wheelsets), self._task.track.method.nodes
+        fours, nodes = self._task.track.fours, self._task.track.method.nodes
         begin = int(self._task.assembly.rails[asm.RAIL_STATES])
         held = states[:, begin : begin + 2 * fours * nodes * HALF].reshape(-1, 2, fours, nodes, HALF) / self._force
-        return _ways(np.moveaxis(held, 3, 4).reshape(-1, 2, fours * HALF, nodes)[:, :, : self._wheelsets], 1)
+        return _ways(np.moveaxis(held, 3, 4).reshape(-1, 2, fours * HALF, nodes)[:, :, self._entries], 1)
 
     def _forces(self, rows: FloatArray) -> FloatArray:
-        """Return forces and their rates of both ways from rows of the contacts: (times, 2, ways, wheelsets)."""
-        fours = fours_of(self._wheelsets)
-        found = rows.reshape(len(rows), 2, -1, fours, 2, HALF)  # treads, and flanges where there are
-        summed = np.where(found[:, :1] > 0.0, found, 0.0).sum(axis=2)
-        return _ways(np.moveaxis(summed, 2, 3).reshape(len(rows), 2, 2, fours * HALF)[..., : self._wheelsets], 2)
+        """Return forces and their rates of both ways from rows of the contacts: (times, 2, ways, entries)."""
+        found, A = rows.reshape(len(rows), 2, -1, 2, HALF), self._task.assembly
+        fours = fours_of(len(self._task.track.places))
+        wheels = found[:, :, : A.wheel_octets].reshape(len(rows), 2, -1, fours, 2, HALF)  # treads, perhaps flanges
+        summed = np.where(wheels[:, :1] > 0.0, wheels, 0.0).sum(axis=2)
+        summed = np.concatenate([summed, found[:, :, A.wheel_octets :]], axis=2)
+        return _ways(np.moveaxis(summed, 2, 3).reshape(len(rows), 2, 2, -1)[..., self._entries], 2)
 
     def at(self, times: FloatArray) -> list[RailAt]:
         """Return both ways at rising times, s."""
@@ -124,7 +129,7 @@ class RailsReplay:
                     force[:, way, i] / self._force, rate[:, way, i] * seconds / self._force,
                     bend[:, way, i] * seconds**2 / self._force, moments[:, way, i],
                 )
-                for i in range(self._wheelsets)
+                for i in range(len(self._entries))
             ]  # fmt: skip
             modes = modes_under(run, step, theta, felt, starts)
             out.append(RailAt(modes, force[:, way], rate[:, way], bend[:, way]))
