@@ -197,7 +197,7 @@ _LIBRARY._optimize_final_module = _optimize_once
 _DISPATCHER: Any = numba.core.dispatcher.Dispatcher
 _compile, _add_overload, _get_overload = _DISPATCHER.compile, _DISPATCHER.add_overload, _DISPATCHER.get_overload
 _signatures = _DISPATCHER.nopython_signatures
-_index_key = caching.Cache._index_key
+_index_key: Any = caching.Cache._index_key
 
 
 def _is_ours(py_func: Any) -> bool:
