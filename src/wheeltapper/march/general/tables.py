@@ -18,7 +18,6 @@ import numpy as np
 
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.contract import Bodies, Method, Port, System
-from wheeltapper.march.general.layout import IM, RE
 from wheeltapper.march.general.records import Nodes, Tables
 from wheeltapper.march.general.structure import ComplexArray, Ring
 from wheeltapper.march.program import FloatArray, IntArray
@@ -76,6 +75,17 @@ class Grid(NamedTuple):
     def lengths_of_rows(self) -> IntArray:
         """Which of the lengths the step of each row of the tables has."""
         return self.which[(self.first + np.arange(self.rows)) % len(self.which)]
+
+    @property
+    def reached(self) -> int:
+        """Number of macro steps that the rows are enough for; then all repeats, or the run is over."""
+        return self.rows - int(np.ptp(self.whole)) if self.rows < self.phases else self.rows
+
+    @property
+    def passed(self) -> IntArray:
+        """The rows that a contact passes, rising."""
+        begins = (self.whole - self.first) % self.phases
+        return np.unique(np.add.outer(begins, np.arange(self.reached)) % self.rows)
 
     def seconds(self, step: IntArray | FloatArray) -> FloatArray:
         """Return the lengths of macro steps, s, in which parts count for nothing."""
@@ -312,7 +322,7 @@ def _split(values: ComplexArray, sign: float) -> FloatArray:
 
 
 class RingTables(NamedTuple):
-    """Of one set: at the nodes of all phases, (phases, q, modes) complex, and of the residual (phases, q)."""
+    """Of one set: at the nodes of all rows that are passed, (rows, q, modes) complex, and of the residual (rows, q)."""
 
     shows: ComplexArray
     takes: ComplexArray
@@ -321,23 +331,25 @@ class RingTables(NamedTuple):
 
 def ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: Nodes) -> RingTables:
     """Return one set of tables."""
-    q, rows = len(nodes.places), grid.first + np.arange(grid.rows)
+    q, passed = len(nodes.places), grid.passed
+    rows = grid.first + passed
     times = grid.times(rows)[:, None] + np.multiply.outer(grid.seconds(rows), nodes.places)
     along = part + grid.speed * times
     laps = np.floor(along / ring.spacing)
     over = laps > 0.0  # behind the last phase's end: turned below
     x = (along - laps * ring.spacing).ravel()
-    shape = (grid.rows, q, len(order))
+    shape = (len(passed), q, len(order))
     shows = shapes_at(ring, ring.deflection[:, :, order], x).reshape(shape)
     takes = shapes_at(ring, ring.drive[:, :, order], x).reshape(shape)
     if ring.bays > 1 and over.any():
         shows[over] *= ring.turns[order]
         takes[over] *= ring.turns[order].conj()
-    for seconds, some in grid.alike():
+    for number, seconds in enumerate(grid.lengths.tolist()):
+        some = slice(None) if len(grid.lengths) == 1 else grid.lengths_of_rows[passed] == number
         growth = np.exp(np.multiply.outer(nodes.places * seconds, ring.rates[order]))
         shows[some] *= ring.weights[order] * growth
         takes[some] *= seconds / growth
-    residual = compliance_at(ring, x).reshape(grid.rows, q)
+    residual = compliance_at(ring, x).reshape(len(passed), q)
     return RingTables(shows, takes, residual)
 
 
@@ -556,17 +568,19 @@ def modal_tables(
     decay = np.exp(np.multiply.outer(grid.lengths, rates))
     first = slowest_modes(rates, grid.longest, q, method.negligible)
     reads, writes, fixed_reads, fixed_writes = (
-        np.empty((*count, q, 2, len(order)), number)
+        np.zeros((*count, q, 2, len(order)), number)
         for count in 2 * [(len(made), grid.rows)] + 2 * [(len(fixed), lengths)]
     )
-    decays = decay[grid.lengths_of_rows][:, None] if lengths > 1 else decay
-    of_wheels, of_ports = (made, decays, reads, writes), (fixed, decay[:, None], fixed_reads, fixed_writes)
-    for tables, decayed, read, write in (of_wheels, of_ports):
-        for i, one in enumerate(tables):
+    passed = slice(None) if len(grid.passed) == grid.rows else grid.passed
+    decays = decay[grid.lengths_of_rows[passed]][:, None] if lengths > 1 else decay
+    of_wheels = made, passed, decays, reads, writes
+    of_ports = fixed, slice(None), decay[:, None], fixed_reads, fixed_writes
+    for tables, rows, decayed, read, write in (of_wheels, of_ports):
+        for one, own_read, own_write in zip(tables, read, write, strict=True):
             shown = real_times(nodes.transform / -units.length, one.shows)
-            read[i, :, :, RE], read[i, :, :, IM] = shown.real, -shown.imag
+            own_read[rows] = _split(shown, -1.0)
             taken = real_times(nodes.transform * units.force, one.takes * decayed)
-            write[i, :, :, RE], write[i, :, :, IM] = taken.real, taken.imag
+            own_write[rows] = _split(taken, 1.0)
     turns = np.exp(1j * np.multiply.outer(np.arange(ring.bays), np.angle(ring.turns[order])))
     if grid.speed == 0.0:  # nobody enters another bay
         turns = np.ones((1, len(order)), dtype=complex)
@@ -587,12 +601,14 @@ def ring_kernels(
     ring: Ring, order: IntArray, grid: Grid, made: list[RingTables], fixed: list[RingTables], g: FloatArray,
     residual: FloatArray,
 ) -> None:  # fmt: skip
-    """Write what forces at the nodes of each contact do at those of each other, for all places of the first one."""
+    """Write what forces at the nodes of each contact do at those of each other, for all steps that are reached."""
     sets, (phase, bay) = parts_of(grid)[1], phases_and_bays(grid)
-    phases = g.shape[2]
+    phases, steps = grid.rows, np.arange(grid.reached)
     own = [_products(one.shows, one.takes) for one in made]
-    steps = np.arange(phases)
-    at = [(phase[i] + steps) % phases for i in range(len(sets))]
+    place = np.zeros(phases, np.int64)
+    place[grid.passed] = np.arange(len(grid.passed))
+    at = [place[(phase[i] + steps) % phases] for i in range(len(sets))]
+    residual, g = residual[:, : len(steps)], g[:, :, : len(steps)]
     bays = [bay[i] + (phase[i] + steps) // phases for i in range(len(sets))]
     for i in range(len(sets)):
         residual[i] = made[sets[i]].residual[at[i]]
@@ -602,7 +618,8 @@ def ring_kernels(
                 ahead = (bays[i] - bays[j])[:, None, None]
                 turn = np.exp(1j * ahead * np.angle(ring.turns[order]))
                 g[i, j] += _products(made[sets[i]].shows[at[i]] * turn, made[sets[j]].takes[at[j]])
-    for number, (_, some) in enumerate(grid.alike()):
+    for number in range(len(grid.lengths)):
+        some = np.flatnonzero(grid.lengths_of_rows[steps] == number)
         ports = [
             RingTables(port.shows[[number]], port.takes[[number]], port.residual[[number]]) for port in fixed
         ]  # fmt: skip
