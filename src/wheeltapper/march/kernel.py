@@ -201,7 +201,7 @@ _index_key: Any = caching.Cache._index_key
 
 
 def _is_ours(py_func: Any) -> bool:
-    return bool(py_func.__module__.startswith("wheeltapper.march"))
+    return str(py_func.__module__).startswith("wheeltapper.march")  # what `exec` has made has no module
 
 
 def _parts_of(kernel: Any) -> dict[Any, Any]:
