@@ -51,11 +51,11 @@ def measure_voids(data: FloatArray, plan: IntArray, wheels: FloatArray) -> None:
         L = wheels[o]
         first = four_of(o, data, plan) * nodes * HALF
         sum_lanes(local + first, values, nodes, wheel.SOFTNESS, data, L)
-        sum_ways(present + first, one, values, nodes, wheel.DEPTH, data, L)
+        sum_ways(present + first, one, values, nodes, wheel.SLEEPER_DEPTH, data, L)
         sum_ways(present + first, one, slopes, nodes, wheel.FREE_DEPTH_RATE, data, L)
         sum_ways(present + first, one, bends, nodes, wheel.FREE_DEPTH_BEND, data, L)
         for i in range(LANES):
-            L[wheel.DEPTH + i] = -L[wheel.DEPTH + i] - void_number(asm.VOID_GAP, i, o, data, plan)
+            L[wheel.SLEEPER_DEPTH + i] = -L[wheel.SLEEPER_DEPTH + i] - void_number(asm.VOID_GAP, i, o, data, plan)
             L[wheel.FREE_DEPTH_RATE + i] *= -pace
             L[wheel.FREE_DEPTH_BEND + i] *= -pace * pace
 
@@ -66,7 +66,7 @@ def _is_damped(data: FloatArray, plan: IntArray, wheels: FloatArray) -> bool:
     for o in range(plan[asm.WHEEL_OCTETS], wheels.shape[0]):
         L = wheels[o]
         for i in range(LANES):
-            touches = L[wheel.ON + i] != 0.0 or L[wheel.DEPTH + i] > 0.0
+            touches = L[wheel.ON + i] != 0.0 or L[wheel.SLEEPER_DEPTH + i] > 0.0
             if touches and void_number(asm.VOID_DAMPING, i, o, data, plan) > 0.0:
                 return True
     return False
@@ -89,7 +89,7 @@ def _press_sleepers(answered: bool, data: FloatArray, plan: IntArray, wheels: Fl
             rate = L[wheel.FREE_DEPTH_RATE + i]
             if answered:
                 rate -= over * L[wheel.ROW_SINKS + i]
-            force = k * L[wheel.DEPTH + i] + c * rate
+            force = k * L[wheel.SLEEPER_DEPTH + i] + c * rate
             force *= L[wheel.ON + i] / (1.0 + L[wheel.SOFTNESS + i] * k)
             most = max(most, abs(force - L[wheel.NORMAL + i]))
             L[wheel.DEPTH_RATE + i], L[wheel.DEPTH_BEND + i] = rate, L[wheel.FREE_DEPTH_BEND + i]
@@ -148,7 +148,7 @@ def press_voids(rated: bool, data: FloatArray, plan: IntArray, wheels: FloatArra
         L = wheels[o]
         for i in range(LANES):
             k, c = void_number(asm.VOID_STIFFNESS, i, o, data, plan), void_number(asm.VOID_DAMPING, i, o, data, plan)
-            depth, rate, lag = L[wheel.DEPTH + i], L[wheel.DEPTH_RATE + i], c / k
+            depth, rate, lag = L[wheel.SLEEPER_DEPTH + i], L[wheel.DEPTH_RATE + i], c / k
             growth = rate + lag * L[wheel.DEPTH_BEND + i]
             L[wheel.NORMAL_RATE + i] = L[wheel.ON + i] * k * growth / (1.0 + L[wheel.SOFTNESS + i] * k)
             by_force = c > 0.0 and (L[wheel.ON + i] != 0.0 or (depth > 0.0 and rate < 0.0))

@@ -44,7 +44,7 @@ that ratio, of the force, of the indentation, and of the rail's deflection."""
 """Of such a contact on a rail that gives way: indentation, deflection and rates without what the force does to it; the
 rate that is a state, which follows late, and the time by which it does; and that at which its force is taken, zero
 where it depends on none."""
-(DEPTH, DEPTH_RATE, DEPTH_BEND, FREE_DEPTH_RATE, FREE_DEPTH_BEND) = _next_rows(5)
+(SLEEPER_DEPTH, DEPTH_RATE, DEPTH_BEND, FREE_DEPTH_RATE, FREE_DEPTH_BEND) = _next_rows(5)
 """Of a sleeper in the ballast below a void, negative above it: its depth and two derivatives, and these but for what
 the present forces add."""
 (STIFF_X, STIFF_Y, STIFF_SPIN, STIFF_TURN, ROW_FLATNESS) = _next_rows(5)
