@@ -6,6 +6,8 @@ import xarray as xr
 
 import wheeltapper as wt
 from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, TRACK_ALLOWED, half_coach
+from wheeltapper.lower.track.anomalies import Void
+from wheeltapper.lower.wagon_on_rails import over_voids
 from wheeltapper.march import run
 from wheeltapper.march.assembly import HALF, LANES
 from wheeltapper.march.program import EVENT_CONTACT, EVENT_TIME
@@ -168,14 +170,36 @@ def test_a_record_over_voids_is_loaded_as_it_was_saved(tmp_path):
     assert str(loaded) == str(record)
 
 
-@pytest.mark.parametrize("contact", [{"hysteresis": 0.1}, {}], ids=["hysteresis", "flanges"])
-def test_half_a_coach_over_voids_is_a_bogie_with_every_contact(contact):
-    held = wt.Hertz(constant_per_wheel=8e10, curvature=False, **contact)
-    common = over(contact=held)
+def test_half_a_coach_over_voids_is_a_bogie_with_hysteresis():
+    common = over(contact=wt.Hertz(constant_per_wheel=8e10, curvature=False, hysteresis=0.1))
     coach = coach_over("default", **common)
     load = float(coach.static_forces[0].sum())
     bogie = wt.simulate(wt.Scenario(vehicle=wt.vehicles.Bogie(wheel_load=load, **NUMBERS), **common))
     check_alike(coach, bogie, 3e-9, 3e-8)
+
+
+def test_a_coach_with_flanges_and_creep_does_the_mirrored_thing_over_voids():
+    flat = wt.WheelFlat(length="50 mm", position=0.5, repeat=False)
+    found = {}
+    for side, other in (("left", "right"), ("right", "left")):
+        common = rolling_scene(**{side: flat}, duration=0.04, rolling="circle", creep=wt.creep.Polach(friction=0.35))
+        record = coach_over("default", wt.Wagon.erri_b176(), **common | {"profiles": wt.profiles.WheelRail()})
+        assert float(record.energy.relative_imbalance) < 1e-5
+        found[side] = at_seats(record, side)
+        assert at_seats(record, other).sizes["event"] <= found[side].sizes["event"]
+    assert found["left"].sizes["event"] > 1
+    assert found["left"].kind.values.tolist() == found["right"].kind.values.tolist()
+    np.testing.assert_allclose(found["left"].time, found["right"].time, rtol=0, atol=1e-9)
+
+
+def test_many_wheelsets_without_voids_are_no_reason_to_refuse_any():
+    """Sixteen wheelsets with flanges have more octets than there is room for with voids."""
+    scene = wt.Scenario(vehicle=half_coach(), profiles=wt.profiles.Cones(), **over())
+    assembly = kind_of(scene).lower(scene, "default").assembly
+    many = assembly._replace(kinds=np.repeat([0, 1], 4), lanes=np.zeros((8, *assembly.lanes.shape[1:])))
+    assert over_voids(many, ()).wheel_octets == 8
+    with pytest.raises(wt.InputError, match="found 1 voids; allowed: at most 0 below this wagon"):
+        over_voids(many, (Void(1, 1e-3, 1e8, 1e4),))
 
 
 def test_more_voids_than_a_march_can_tell_apart_are_refused():

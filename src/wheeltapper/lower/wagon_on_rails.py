@@ -140,7 +140,7 @@ def over_voids(A: Assembly, voids: tuple[Void, ...]) -> Assembly:
     InputError
         If there are more than the number that tells which contacts are closed has digits for.
     """
-    octets, room = fours_of(len(voids)), HALF * (MOST_OCTETS - len(A.kinds))
+    octets, room = fours_of(len(voids)), HALF * max(MOST_OCTETS - len(A.kinds), 0)
     if len(voids) > room:
         raise InputError("", "track.anomalies", f"{len(voids)} voids", f"at most {room} below this wagon")
     held = np.zeros((octets, asm.VOID_COLUMNS, LANES))
