@@ -79,12 +79,15 @@ class Sprung(NamedTuple):
         scene = self.scenario
         wheels, C = scene.vehicle.wheelsets, scene.contact.constant
         count, deck = len(wheels), scene.track
-        m, c, k, N0 = (
+        m, c, k, W = (
             np.array([one.mass * 9.81 + one.load if name == "weight" else getattr(one, name) for one in wheels])
             for name in ("mass", "damping", "stiffness", "weight")
         )
         bump, positions = scene.irregularity[0], np.array(scene.vehicle.positions)
-        rest = (N0 / C) ** (2 / 3)
+        rest = np.array(
+            [brentq(lambda d, i=i: C * d**1.5 + k[i] * d - W[i], 0.0, 1e-2, xtol=1e-18) for i in range(count)]
+        )
+        N0 = C * rest**1.5  # the paper, Eq. 2.3: no spring has a force at first touch
 
         def path(t):
             along = np.clip((positions + scene.speed * t - bump.start) / bump.length, 0.0, 1.0)

@@ -86,11 +86,13 @@ def check_as_other_program(record, others, most):
 @pytest.mark.parametrize("pulls", [True, False])
 def test_a_wheelset_over_an_irregular_rail_is_that_of_another_program(kinks, method, pulls):
     """Where its contact also pulls it is an oscillator; where it does not, it leaves the rail and strikes it."""
-    fields, weight = KINKS[kinks], WHEEL["load"] + 9.81 * WHEEL["mass"]
-    contact = pieces.Contact(0, CONTACT, weight, tuple((*wave, 0.0) for wave in WAVES), pulls=pulls)
+    fields, static = KINKS[kinks], WHEEL["load"] + 9.81 * WHEEL["mass"]
+    borne = WHEEL["stiffness"] * static / CONTACT  # by the spring, from first touch on (the paper, Eq. 2.3)
+    contact = pieces.Contact(0, CONTACT, static, tuple((*wave, 0.0) for wave in WAVES), pulls=pulls)
     elements = elements_of(fields, np.ones(1), WHEEL["stiffness"], WHEEL["damping"])
     others = pieces.run(np.diag([WHEEL["mass"]]), [[0.0]], [[0.0]], [contact], elements, SPEED, 0.05)
-    record = wt.simulate(corrugated(wt.Wheelset(**WHEEL, **fields), pulls=pulls), method)
+    vehicle = wt.Wheelset(**WHEEL | {"load": WHEEL["load"] + borne}, **fields)
+    record = wt.simulate(corrugated(vehicle, pulls=pulls), method)
     count, lost = check_as_other_program(record, others, TIMES[method])
     assert count >= 7
     assert (lost >= 10) != pulls
@@ -169,7 +171,9 @@ def test_friction_that_never_slips_is_a_spring_and_none_changes_no_bit(track):
         return record.at(times).normal_force.values, record
 
     stuck, record = motion(friction=1e12, friction_stiffness=2e7)
-    stiff, _ = motion(stiffness=WHEEL["stiffness"] + 2e7)
+    sunk = float(record.at([0.0]).indentation.squeeze()) if track == wt.StiffTrack() else 0.0
+    load = WHEEL["load"] + 2e7 * sunk  # friction has no force at rest, on a stiff track a spring has
+    stiff, _ = motion(stiffness=WHEEL["stiffness"] + 2e7, load=load)
     np.testing.assert_allclose(stuck, stiff, rtol=1e-9)
     assert record.suspension_events.sizes["suspension_event"] == 0
     none, _ = motion(friction=0.0, friction_stiffness=2e7)

@@ -193,9 +193,9 @@ class _OnRails:
     def beside(self, lowered: LoweredOnRails, march: Marched, which: int) -> tuple[LoweredOnRails, float]:
         task, (length, speed) = lowered.program, _units(lowered, march)
         bodies, wheels = task.system.bodies, len(lowered.static_force)
-        start = (
-            bodies.raised.copy() if bodies.raised.size else np.stack([-march.found.sinking[:wheels], np.zeros(wheels)])
-        )  # what stands still stands below the height of first touch
+        began, freedoms = march.found.prepared.start.bodies, len(bodies.mass)
+        height = began[:wheels] + march.found.sinking[:wheels]  # below that of first touch
+        start = -np.stack([height, began[freedoms : freedoms + wheels]])
         start[which] += SMALL * (length, speed.mean())[which]
         system = task.system._replace(bodies=bodies._replace(raised=start))
         return replace(lowered, program=task._replace(system=system)), SMALL * float(np.sqrt(wheels))

@@ -18,9 +18,10 @@ from wheeltapper.lower.build import lower
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.marks import MarkedPath, Surface, height_at, marks_at
 from wheeltapper.lower.numbers import METHODS, Placing, numbers_of
-from wheeltapper.lower.plastic import dissipated_by, law_rows, loading_force, patch_semi_axis, static_depth
+from wheeltapper.lower.plastic import dissipated_by, law_rows, patch_semi_axis, plastic_bearing, static_force_of
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
+from wheeltapper.march.general.at_rest import indentation_at_rest
 from wheeltapper.march.program import Program
 from wheeltapper.record.yielded import beyond_force
 
@@ -158,8 +159,7 @@ class RailLine:
             length, time = units.length.item(), units.time.item()
             law = law_rows(self.contact, self.onset / length)
             if numbers[contract.DECK_MASS] > 0.0:
-                resting = static_depth(law, numbers[contract.STIFFNESS], 0.0)
-                numbers[contract.PRESTRESS] = float(loading_force(law, np.asarray(resting)))
+                numbers[contract.PRESTRESS] = static_force_of(law, numbers[contract.STIFFNESS])
         pieces = self._path.pieces_over(surface, law, length, self.contact.share_of_rail)
         numbers[contract.LOOP] = len(pieces)
         numbers[contract.START_SHIFT] = -start
@@ -170,8 +170,8 @@ class RailLine:
             row = pieces[int(np.searchsorted(pieces[:, contract.START], start, side="right")) - 1]
             height, (residual, bears, factor) = height_at(row, start) / length, marks_at(row, start)
             stiffness = numbers[contract.STIFFNESS]
-            depth = static_depth(law, stiffness, height, residual / length, bears / length, factor)
-            numbers[contract.START_HEIGHT] = height - depth
+            bearing = plastic_bearing(law, residual / length, bears / length, factor)
+            numbers[contract.START_HEIGHT] = height - indentation_at_rest(bearing, 1.0, stiffness, height)
         return Program(pieces, numbers, law), length, time
 
     def after_pass(self, surface: Surface, number: int) -> tuple[Surface, PassResult]:

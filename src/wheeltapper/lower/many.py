@@ -24,11 +24,12 @@ from wheeltapper.lower.bends import table_tangent
 from wheeltapper.lower.build import SHARP_DIP, courses_of, curvature_range, sharp_dip, table_of
 from wheeltapper.lower.ellipse import factor_function
 from wheeltapper.lower.fields import Fields
-from wheeltapper.lower.numbers import METHODS, Method, Numbers, Placing, Units, numbers_of
+from wheeltapper.lower.numbers import METHODS, Method, Placing, Units, numbers_of
 from wheeltapper.lower.plausible import implausible_cells
 from wheeltapper.lower.table import PathTable
 from wheeltapper.march import program as contract
 from wheeltapper.march.ensemble import Cells
+from wheeltapper.march.general.at_rest import Numbers
 from wheeltapper.march.program import Program
 
 FloatArray = NDArray[np.float64]

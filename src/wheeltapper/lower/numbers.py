@@ -10,7 +10,6 @@ from math import inf
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.contact.linear import Linear
@@ -23,8 +22,8 @@ from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.first_order import first_order
 from wheeltapper.lower.known import check_known
 from wheeltapper.march import program as contract
+from wheeltapper.march.general.at_rest import Bearing, Numbers, indentation_at_rest
 
-Numbers = NDArray[Any]  # floats, or complex numbers whose imaginary parts are derivatives
 EVENT_LIMIT = 10_000_000
 """Largest number of events of a march; a march with more is ended, and its outcome says so."""
 
@@ -68,18 +67,9 @@ class Units:
         return Units(**{name: held[block] for name, held in vars(self).items()})
 
 
-def static_indentation(weight: float, stiffness: Any, contact_force: tuple[Any, Any], height: Any) -> Numbers:
-    """Return the static indentation in scaled units on a path at `height`: weight + K·(height - δ) = N(δ)."""
-    quadratic, cubic = contact_force
-    u = np.asarray(1.0 + 0.0 * (stiffness + quadratic + cubic + height))
-    for _ in range(100):
-        square = u * u
-        gap = quadratic * square + cubic * square * u + stiffness * (square - height) - weight
-        step = gap / (2 * quadratic * u + 3 * cubic * square + 2 * stiffness * u)
-        u = u - step
-        if np.all(np.abs(step) < 1e-16 * np.abs(u)):
-            break
-    return np.asarray(u * u)
+def power_bearing(quadratic: Any, cubic: Any) -> Bearing:
+    """Return N = quadratic·δ + cubic·δ^1.5 as the static state asks for it."""
+    return lambda delta: (delta * (quadratic + cubic * np.sqrt(delta)), quadratic + 1.5 * cubic * np.sqrt(delta))
 
 
 def _contact_constant(value: Fields) -> Numbers:
@@ -160,7 +150,7 @@ def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers
     else:
         columns[contract.HYSTERESIS] = hysteresis_factor(value) * length / time
     law = (float(linear), float(not linear))
-    static = static_indentation(1.0, columns[contract.STIFFNESS], law, 0.0)
+    static = indentation_at_rest(power_bearing(*law), 1.0, columns[contract.STIFFNESS])
     prestress = law[0] * static + law[1] * static**1.5
     if isinstance(value.scenario.track, FloatingDeck):
         columns |= _deck_numbers(value, time, mass) | {contract.PRESTRESS: prestress}
@@ -168,8 +158,8 @@ def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers
     if start == "equilibrium":
         height = placing.lift * placing.height / length
         if np.any(height != 0.0) or np.any(placing.factor != 1.0):
-            scaled = (law[0] * placing.factor, law[1] * placing.factor)
-            static = static_indentation(1.0, columns[contract.STIFFNESS], scaled, height)
+            here = power_bearing(law[0] * placing.factor, law[1] * placing.factor)
+            static = indentation_at_rest(here, 1.0, columns[contract.STIFFNESS], height)
         columns[contract.START_HEIGHT] = height - static
     else:
         columns[contract.START_HEIGHT] = value("start.displacement") / length

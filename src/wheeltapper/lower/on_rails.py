@@ -42,6 +42,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.laws.corners import STRETCH_BEGIN, STRETCH_FORCE, STRETCH_PLACE, STRETCH_SLOPE
+from wheeltapper.march.general.march import force_at_rest
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.tables import MOST_PHASES, longest_step
 from wheeltapper.march.law_columns import PLASTIC_CONSTANT, PLASTIC_ONSET
@@ -209,9 +210,14 @@ def on_wheels(scenario: Scenario, usual: float | None = None) -> OnWheels:
     """
     plane = plane_of(scenario)
     rails, wheels = float(plane.rails), len(plane.wheelsets)
-    forces = np.array([wheelset.weight for wheelset in plane.wheelsets])
-    usual = float(forces.max()) if usual is None else usual
+    weights = np.array([wheelset.weight for wheelset in plane.wheelsets])
+    usual = float(weights.max()) if usual is None else usual
     laws = [law_of(scenario, wheelset, rails, usual) for wheelset in plane.wheelsets]
+    guides = np.empty(0) if isinstance(scenario.track, SupportedRail) else plane.guides
+    forces = weights
+    if guides.size:
+        each = zip(weights.tolist(), guides.tolist(), laws, strict=True)
+        forces = rails * np.array([force_at_rest(law, one / rails, k / rails) for one, k, (law, _, _) in each])
     shapes = np.eye(len(plane.freedoms), wheels)
     if plane.freedoms[-1] == DECK:
         only = scenario.track.wheelset
@@ -221,7 +227,7 @@ def on_wheels(scenario: Scenario, usual: float | None = None) -> OnWheels:
     follows = np.array([[name in (f"wheelset {i + 1}", end_name(i)) for i in range(wheels)] for name in plane.freedoms])
     bodies = general.Bodies(
         plane.mass / rails, plane.damping / rails, plane.stiffness / rails, shapes, shapes @ forces / rails, raised,
-        follows.astype(float),
+        follows.astype(float), guides / rails,
     )  # fmt: skip
     return OnWheels(
         plane, bodies, tuple(law for law, _, _ in laws), stops_of(plane), forces, laws[0][1], laws[0][2],

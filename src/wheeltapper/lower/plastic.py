@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.lower.ellipse import semi_axes
 from wheeltapper.lower.numbers import Units
 from wheeltapper.march import program as contract
+from wheeltapper.march.general.at_rest import Bearing, indentation_at_rest
 from wheeltapper.march.program import Program
 
 if TYPE_CHECKING:
@@ -163,30 +164,35 @@ def dissipated_by(law: FloatArray, depth: FloatArray) -> FloatArray:
     return np.asarray(stored_below(law, depth) - 0.4 * force * (depth - left_after(law, depth)))
 
 
-def static_depth(
-    law: FloatArray, stiffness: float, height: float, residual: float = 0.0, bears: float = 0.0, factor: float = 1.0
-) -> float:
-    """Return the static indentation on a path at `height`: 1 + K·(height - δ) = N(δ), in scaled units.
+def plastic_bearing(law: FloatArray, residual: float = 0.0, bears: float = 0.0, factor: float = 1.0) -> Bearing:
+    """Return a plastic law as the static state asks for it, in scaled units.
 
     Parameters
     ----------
-    law, stiffness, height
-        The plastic law, K, and the height of the path.
+    law
+        Its pieces.
     residual, bears, factor
         State of a surface that has yielded: its residual indentation, its yield indentation from there, and the factor
         on its elastic force.
     """
-    from scipy.optimize import brentq
 
-    def missing_force(depth: float) -> float:
-        elastic = residual != 0.0 and depth <= bears
-        force = factor * depth**1.5 if elastic else float(loading_force(law, np.asarray(depth + residual)))
-        return 1.0 + stiffness * (height - depth) - force
+    def borne(depth: Any) -> tuple[Any, Any]:
+        if residual != 0.0 and depth <= bears:
+            return factor * depth**1.5, 1.5 * factor * np.sqrt(depth)
+        reached = np.asarray(depth + residual, dtype=float)
+        if reached <= law[0, contract.LAW_START]:
+            return reached**1.5, 1.5 * np.sqrt(reached)
+        row = law[np.searchsorted(law[:, contract.LAW_START], reached, side="right") - 1]
+        terms = np.polynomial.Polynomial(row[contract.LAW_FORCE : contract.LAW_FORCE + contract.TERMS])
+        x = (reached - row[contract.LAW_CENTRE]) / row[contract.LAW_SCALE]
+        return terms(x), terms.deriv()(x) / row[contract.LAW_SCALE]
 
-    high = 1.0
-    while missing_force(high) > 0.0:
-        high *= 2.0
-    return float(brentq(missing_force, 0.0, high, xtol=1e-15, rtol=1e-14))
+    return borne
+
+
+def static_force_of(law: FloatArray, stiffness: float) -> float:
+    """Return the static force on level, virgin track over the weight, beside a spring, in scaled units."""
+    return float(loading_force(law, indentation_at_rest(plastic_bearing(law), 1.0, stiffness)))
 
 
 def yielding_program(
@@ -209,13 +215,13 @@ def yielding_program(
     numbers = elastic.numbers.copy()
     numbers[contract.MEMORY] = float(scenario.speed == 0.0)
     stiffness = numbers[contract.STIFFNESS]
-    static = float(loading_force(law, np.asarray(static_depth(law, stiffness, 0.0))))
+    static = static_force_of(law, stiffness)
     if numbers[contract.DECK_MASS] > 0.0:
         numbers[contract.PRESTRESS] = static
     marked = virgin_pieces(elastic.pieces, onset)
     if scenario.start == "equilibrium":
         at_start = height / length
-        depth = static_depth(law, stiffness, at_start)
+        depth = float(indentation_at_rest(plastic_bearing(law), 1.0, stiffness, at_start))
         numbers[contract.START_HEIGHT] = at_start - depth
         if scenario.speed == 0.0 and depth > onset / length:
             _loaded_pieces(marked, law, depth, length)

@@ -23,7 +23,7 @@ from wheeltapper.march.general.contract import Bodies
 from wheeltapper.march.general.turned import SystemTurn
 
 FloatArray = NDArray[np.float64]
-MATRICES = "mass", "damping", "stiffness", "raised"
+MATRICES = "mass", "damping", "stiffness", "raised", "guides"
 """What a field may change of the bodies."""
 OFFERED = "a field of the vehicle, a deck, the contact, the start or the irregularity, the speed or the duration"
 """With respect to what features of runs on rails are differentiated."""
@@ -44,11 +44,11 @@ def turn_along(scenario: Scenario, path: str, lowered: LoweredOnRails) -> System
     held = [getattr(system.bodies, name) for name in MATRICES]
     wheels = len(system.contacts)
     changes = path.startswith(("vehicle.", "contact.", "start.", "track."))
-    mass, damping, stiffness, raised, static, laws = (
+    mass, damping, stiffness, raised, guides, static, laws = (
         _difference(scenario, path, lowered) if changes else (*(0.0 * one for one in held), *np.zeros((2, wheels)))
     )
     shapes = system.bodies.shapes
-    bodies = Bodies(mass, damping, stiffness, 0.0 * shapes, shapes @ static, raised)
+    bodies = Bodies(mass, damping, stiffness, 0.0 * shapes, shapes @ static, raised, guides=guides)
     paths = tuple(_bent(scenario, path, number, lowered) for number in range(1, wheels + 1))
     return SystemTurn(
         bodies, static, tuple(np.atleast_1d(laws[i]) for i in range(wheels)), paths, float(path == "speed")
@@ -84,7 +84,8 @@ def _difference(scenario: Scenario, path: str, lowered: LoweredOnRails) -> tuple
 
     near = {k: numbers_at(k) for k in (*WEIGHTS, *(-k for k in WEIGHTS))}
     return tuple(
-        np.asarray(sum(weight * (near[k][n] - near[-k][n]) for k, weight in WEIGHTS.items()) / step) for n in range(6)
+        np.asarray(sum(weight * (near[k][n] - near[-k][n]) for k, weight in WEIGHTS.items()) / step)
+        for n in range(len(MATRICES) + 2)
     )
 
 

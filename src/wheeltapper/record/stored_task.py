@@ -111,7 +111,7 @@ def read(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredOnRails, Marched]
     units = table(data, "units", 3)
     check("units", units[1:], units[1:] > 0.0, "positive numbers")
     lowered = LoweredOnRails(
-        task, plane, modes, float(units[0]), np.array([one.weight for one in plane.wheelsets]),
+        task, plane, modes, float(units[0]), units[2] * task.system.bodies.load[: len(plane.wheelsets)],
         float(units[1]), stored.notes(data), float(units[2]), stops, anomalies,
     )  # fmt: skip
     return lowered, _march_of(data, task)
@@ -155,6 +155,8 @@ def _task_of(parts: dict[str, Any], wheels: int) -> tuple[general.Task, TrackMod
             deflection, drive, gap, residual = (parts[f"{head}port.{name}"] for name in general.Port._fields)
             port = general.Port(deflection, drive, float(gap), float(residual))
         made.append(general.Contact(pieces, held, position, start, int(loop), int(join), port))
+    if "bodies.shapes" in parts:  # older files have no guides
+        parts.setdefault("bodies.guides", np.empty(0))
     bodies = general.Bodies(*(parts[f"bodies.{name}"] for name in general.Bodies._fields))
     modes: TrackModes | IrregularModes | None = None
     if "ring.rates" in parts:

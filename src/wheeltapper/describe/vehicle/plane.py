@@ -32,6 +32,8 @@ class PlaneVehicle(NamedTuple):
         Each as if it stood alone: its weight is the static force on it.
     elements
         What is not linear, beside the matrices.
+    guides
+        Stiffness of each wheelset's spring against a fixed guide, N/m; empty where springs are between bodies only.
     """
 
     freedoms: tuple[str, ...]
@@ -41,6 +43,7 @@ class PlaneVehicle(NamedTuple):
     positions: tuple[float, ...]
     wheelsets: tuple[Wheelset, ...]
     elements: tuple[Element, ...] = ()
+    guides: FloatArray = np.empty(0)
 
     @property
     def rails(self) -> int:
@@ -75,7 +78,8 @@ def side_by_side(wheelsets: tuple[Wheelset, ...], positions: tuple[float, ...]) 
             f"primary {{}} {i + 1}", np.eye(len(names))[i], one.stiffness, one.damping
         )
     ]
-    return PlaneVehicle(tuple(names), mass, damping, stiffness, positions, wheelsets, tuple(elements))
+    guides = np.array([one.stiffness for one in wheelsets])
+    return PlaneVehicle(tuple(names), mass, damping, stiffness, positions, wheelsets, tuple(elements), guides)
 
 
 def end_name(wheelset: int) -> str:

@@ -32,7 +32,11 @@ class Bodies(NamedTuple):
         What the first freedoms, which are those of the wheels, start with, all others being at rest: heights above
         that of first touch, m, and velocities upwards, m/s, (2, wheels). Empty: everything starts at rest.
     follows
-        1 for each freedom that starts displaced with a wheel, (freedoms, wheels); needed with `raised`.
+        1 for each freedom that starts displaced with a wheel, (freedoms, wheels); needed with `raised` and `guides`.
+    guides
+        Stiffness of each wheel's spring against a fixed guide, (wheels,), N/m. Displacements then count from the static
+        state on level track, whatever the paths' heights at the start. Empty: from that in which all start, on
+        whose paths no spring of the bodies is stretched.
     """
 
     mass: FloatArray
@@ -42,6 +46,7 @@ class Bodies(NamedTuple):
     load: FloatArray
     raised: FloatArray = np.empty((2, 0))
     follows: FloatArray = np.empty((0, 0))
+    guides: FloatArray = np.empty(0)
 
 
 class Law(NamedTuple):

@@ -262,12 +262,12 @@ class _Block:
             lanes.steps[w] = self.grid.steps_until(task.duration)
             lanes.status[w] = contract.RUNNING
             lanes.modes[w] = np.stack([kind.amplitudes.real, kind.amplitudes.imag])[:, order]
-            spots = [self._set_at_rest(w, i, contact, kind, lanes) for i, contact in enumerate(task.system.contacts)]
-            self._raise(w, task.system, kind, lanes, spots)
+            at = [self._set_at_rest(w, i, contact, kind, lanes) for i, contact in enumerate(task.system.contacts)]
+            self._raise(w, task.system, kind, lanes, np.array([height for height, _ in at]), [spot for _, spot in at])
         return lanes
 
-    def _set_at_rest(self, w: int, i: int, contact: Contact, kind: _Kind, lanes: Lanes) -> general.Spot:
-        """Write a contact's path, and its state in equilibrium; return its running surface."""
+    def _set_at_rest(self, w: int, i: int, contact: Contact, kind: _Kind, lanes: Lanes) -> tuple[float, general.Spot]:
+        """Write a contact's path, and its state in equilibrium; return the path's height and its running surface."""
         begin, pieces = self.paths.first_row(contact.pieces), len(contact.pieces)
         lanes.ends[w, i] = begin, begin + pieces, contact.loop, contact.join
         lanes.starts[w, i] = contact.start
@@ -285,17 +285,23 @@ class _Block:
         lanes.contacts[w, i, layout.BEGAN] = delta
         lanes.sinking[w, i] = delta - height[0] + kind.sinking[i] / kind.units.length
         lanes.forces[w, i] = force
-        return spots[0]
+        return float(height[0]), spots[0]
 
-    def _raise(self, w: int, system: System, kind: _Kind, lanes: Lanes, spots: list[general.Spot]) -> None:
+    def _raise(
+        self, w: int, system: System, kind: _Kind, lanes: Lanes, height: FloatArray, spots: list[general.Spot]
+    ) -> None:  # fmt: skip
         """Move the wheels of a lane at rest to where they start."""
         bodies, length, contacts = system.bodies, kind.units.length, lanes.contacts[w]
-        if not bodies.raised.shape[1]:
+        if not bodies.raised.size and not bodies.guides.size:
             return
-        moved = general.raised_state(bodies, lanes.sinking[w] * length)
-        lanes.bodies[w, :-1] = moved
-        sprung = kind.local + bodies.shapes.T @ moved[: len(bodies.mass)]
-        gap = contacts[:, layout.BEGAN] + sprung / length
+        moved = lanes.bodies[w, :-1]
+        if bodies.guides.size:
+            lanes.sinking[w], lower = general.standing(system, kind.static, kind.units, height, spots)
+            moved[: len(bodies.mass)] = bodies.follows @ lower * length
+        if bodies.raised.size:
+            moved[:] = general.raised_state(bodies, lanes.sinking[w] * length)
+        sprung = kind.local - kind.sinking + bodies.shapes.T @ moved[: len(bodies.mass)]
+        gap = height + lanes.sinking[w] + sprung / length
         contacts[:, layout.FREE_NOW] = (gap <= 0.0) & (kind.laws[:, switch.LAW_PULLS] == 0.0)
         compliance = kind.local / kind.static * kind.units.force / length
         for i, contact in enumerate(system.contacts):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from math import log2
 from typing import Any, NamedTuple
 
@@ -11,13 +12,14 @@ import numpy as np
 from wheeltapper.march import program as numbers
 from wheeltapper.march.general import layout
 from wheeltapper.march.general import tables as tabulation
+from wheeltapper.march.general.at_rest import Bearing, indentation_at_rest
 from wheeltapper.march.general.basis import FLIGHT_DEGREE, flight_nodes, gauss_nodes
 from wheeltapper.march.general.borders import NOWHERE
 from wheeltapper.march.general.contract import DEFAULT, Bodies, Contact, Law, Memory, Method, System, Task
 from wheeltapper.march.general.crossings import DEEPEST
 from wheeltapper.march.general.eventful import EVENTFUL
 from wheeltapper.march.general.laws import switch
-from wheeltapper.march.general.laws.corners import STRETCH_BEGIN
+from wheeltapper.march.general.laws.corners import STRETCH_BEGIN, STRETCH_FORCE, STRETCH_PLACE, STRETCH_SLOPE
 from wheeltapper.march.general.laws.free_play import PLAY_START
 from wheeltapper.march.general.paths import enter_next_piece, height_and_slope, heights, piece_stop, surface_at
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
@@ -277,8 +279,7 @@ def units_of(contacts: tuple[Contact, ...], static: FloatArray) -> tabulation.Un
     force = float(static.max())
     contact = contacts[int(static.argmax())]
     row = law_row(contact, tabulation.Units(1.0, 1.0), 0)
-    bears = float(row[PLASTIC_ONSET]) if row[switch.LAW_KIND] == switch.PLASTIC else np.inf
-    indentation = indentation_of(force, row, table_of(contact), Spot(1.0, 0.0, bears))
+    indentation = indentation_of(force, row, table_of(contact), virgin_spot(row))
     return tabulation.Units(*(2.0 ** round(log2(size)) for size in (indentation, force)))
 
 
@@ -387,8 +388,9 @@ def _at_start(
         starts, settings_of(system, method, units),
     )  # fmt: skip
     if start is None:
-        rest = equilibrium(system, data, static_forces(system), units, rest_of(system))
-        start = rest._replace(bodies=raised_state(system.bodies, rest.offsets))
+        start = equilibrium(system, data, static_forces(system), units, rest_of(system))
+        if system.bodies.raised.size:
+            start = start._replace(bodies=raised_state(system.bodies, start.offsets))
     tables.bodies_read[:, :, 0, -1] += start.offsets / units.length
     local = tables.residual[:, 0] @ (-1.0) ** np.arange(method.nodes)
     return Prepared(
@@ -486,26 +488,99 @@ def static_indentations(
     return delta, height, spots
 
 
+def force_at_rest(law: Law, weight: float, stiffness: float) -> float:
+    """Return the static force on level track, beside a spring against a fixed guide with no force at first touch, N."""
+    if stiffness == 0.0:
+        return weight
+    one = Contact(np.empty((0, 0)), law)
+    row, table = law_row(one, tabulation.Units(1.0, 1.0), 0), table_of(one)
+    size = indentation_of(weight, row, table, virgin_spot(row))
+
+    def bears(share: Any) -> tuple[float, float]:
+        force, slope = pressed(float(share) * size, row, table, virgin_spot(row))
+        return force / weight, slope * size / weight
+
+    return bears(indentation_at_rest(bears, 1.0, stiffness * size / weight))[0] * weight
+
+
+def virgin_spot(law: FloatArray) -> Spot:
+    """Return level track that nothing has pressed, as a law's row has it."""
+    return Spot(1.0, 0.0, float(law[PLASTIC_ONSET]) if law[switch.LAW_KIND] == switch.PLASTIC else np.inf)
+
+
+def standing(
+    system: System, static: FloatArray, units: tabulation.Units, height: FloatArray, spots: list[Spot]
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Return how wheels with `guides` stand on paths of these heights and surfaces, in units of length.
+
+    First their indentations at rest on level track, then how much lower they stand than there.
+    """
+    level, lower = np.zeros((2, len(static)))
+    for i, (contact, force) in enumerate(zip(system.wheels, (static / units.force).tolist(), strict=True)):
+        law, table = law_row(contact, units, 0), table_of(contact)
+        level[i] = indentation_of(force, law, table, virgin_spot(law))
+        if height[i] == 0.0 and spots[i] == virgin_spot(law):
+            continue
+        bears, beside = partial(pressed, row=law, table=table, spot=spots[i]), _corners_beside(system, i, units)
+        stiffness, rise = float(system.bodies.guides[i]) * units.length / units.force, float(height[i] + level[i])
+        lower[i] = float(indentation_at_rest(_both(bears, beside, rise), force, stiffness, rise)) - rise
+    return level, lower
+
+
+def _both(bears: Bearing, beside: Bearing, rise: float) -> Bearing:
+    """Return the force of a contact and of what is beside it, which has none where the indentation is `rise`."""
+
+    def force_at(delta: Any) -> tuple[float, float]:
+        (force, slope), (held, stiffer) = bears(float(delta)), beside(float(delta) - rise)
+        return force + held, slope + stiffer
+
+    return force_at
+
+
+def _corners_beside(system: System, wheel: int, units: tabulation.Units) -> Bearing:
+    """Return the force of the springs with corners that hold a wheel, over how much it is lower, and its derivative."""
+    shapes, stays = system.bodies.shapes[wheel], range(len(system.wheels), len(system.contacts))
+    held = [
+        (float(shapes[k]), system.contacts[k].law.table)
+        for k in stays
+        if shapes[k] != 0.0 and system.contacts[k].law.kind == switch.CORNERED_SPRING
+    ]
+
+    def force_at(moved: float) -> tuple[float, float]:
+        force = slope = 0.0
+        for shape, table in held:
+            u = shape * moved * units.length
+            row = table[max(int(np.searchsorted(table[:, STRETCH_BEGIN], u, side="right")) - 1, 0)]
+            force += shape * (row[STRETCH_FORCE] + row[STRETCH_SLOPE] * (u - row[STRETCH_PLACE])) / units.force
+            slope += shape**2 * row[STRETCH_SLOPE] * units.length / units.force
+        return force, slope
+
+    return force_at
+
+
 def equilibrium(system: System, data: Data, static: FloatArray, units: tabulation.Units, rest: Rest) -> Start:
-    """Return the joint static state of all contacts and the track, the bodies' springs unstretched."""
+    """Return the joint static state of all contacts and the track."""
     wheels = len(system.wheels)
-    delta, height, _ = static_indentations(data, static, units)
+    delta, height, spots = static_indentations(data, static, units)
     stiffness = np.array([contact.law.numbers[0] for contact in system.contacts[wheels:]])  # linear at rest
     gaps = np.array([port.gap for port in system.ports])
     force = np.append(static, forces_of_ports(rest.deflections[wheels:], static, gaps, stiffness))
     offsets = (delta - height[:wheels]) * units.length + (rest.deflections @ force)[:wheels]
+    bodies = np.zeros(len(tabulation.states_of(system.bodies).A) - 1)
+    if system.bodies.guides.size:
+        offsets, lower = (found * units.length for found in standing(system, static, units, height, spots))
+        bodies[: len(system.bodies.mass)] = system.bodies.follows @ lower
     offsets = np.append(offsets, [-port.gap for port in system.ports])
-    return Start(np.zeros(len(tabulation.states_of(system.bodies).A) - 1), force @ rest.amplitudes, offsets)
+    return Start(bodies, force @ rest.amplitudes, offsets)
 
 
 def raised_state(bodies: Bodies, offsets: FloatArray) -> FloatArray:
-    """Return the bodies' state at time zero, as in `Start`, with whose `offsets`, m."""
+    """Return the state of bodies with `raised` at time zero, as in `Start`, with whose `offsets`, m."""
     wheels, freedoms = bodies.raised.shape[1], len(bodies.mass)
     state = np.zeros(freedoms + len(tabulation.heavy_of(bodies)))
-    if wheels:
-        heights, velocities = bodies.raised
-        state[:freedoms] = bodies.follows @ (-heights - offsets[:wheels])
-        state[freedoms : freedoms + wheels] = -velocities
+    heights, velocities = bodies.raised
+    state[:freedoms] = bodies.follows @ (-heights - offsets[:wheels])
+    state[freedoms : freedoms + wheels] = -velocities
     return state
 
 

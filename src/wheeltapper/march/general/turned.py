@@ -232,14 +232,19 @@ def turned_start(
             rising[i] = path_turn(data.pieces, pieces, 0.0, place, *at, 1.0 / units.length, 0.0)[0]
             stronger[i] += factor_turn(data.pieces, pieces, 0.0, place, *at, 0.0) / spots[i].factor
         sinking[i] = (turn.static[i] / units.force - force * stronger[i]) / slope
-    offsets, gap = (sinking - rising) * units.length, sinking * units.length
+    offsets, bodies = (sinking - rising) * units.length, np.zeros(len(prepared.start.bodies))
+    if system.bodies.guides.size:
+        offsets, lower = (moved * units.length for moved in _turned_standing(prepared, turn, laws, rising, stronger))
+        bodies[: len(system.bodies.mass)] = system.bodies.follows @ lower
+    gap = offsets + rising * units.length
     modes, compliance = np.zeros((2, 0)), np.zeros(contacts)
     if system.ring is not None:
         amplitudes, deflected, compliance = _turned_rest(prepared, turn)
         local = compliance * turn.static
         offsets, gap = offsets + deflected + local, gap + local
         modes = np.stack([amplitudes.real, amplitudes.imag])
-    bodies = general.raised_state(system.bodies._replace(raised=turn.bodies.raised), offsets)
+    if turn.bodies.raised.size:
+        bodies = general.raised_state(system.bodies._replace(raised=turn.bodies.raised), offsets)
     gap = (gap + system.bodies.shapes.T @ bodies[: len(system.bodies.mass)]) / units.length
     began = np.zeros(contacts)
     for i in np.flatnonzero(prepared.motion.contacts[:, layout.FREE_NOW] == layout.TOUCHING).tolist():  # δ + r·N(δ) = D
@@ -248,6 +253,25 @@ def turned_start(
         soft = compliance[i] * units.force / units.length
         began[i] = (gap[i] - soft * force * stronger[i]) / (1.0 + soft * slope)
     return TurnedStart(bodies, offsets, modes, began)
+
+
+def _turned_standing(
+    prepared: general.Prepared, turn: SystemTurn, laws: FloatArray, rising: FloatArray, stronger: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the derivatives of what `march.standing` finds; `rising` and `stronger` those of path and force, there."""
+    system, data, units = prepared.system, prepared.data, prepared.units
+    static, (height, spots) = general.static_forces(system), general.path_at_start(data, units)
+    level, lower = general.standing(system, static, units, height, spots)
+    scale, deeper, sunk = units.length / units.force, np.zeros(len(level)), np.zeros(len(level))
+    for i, law in enumerate(data.laws):
+        force, slope = general.pressed(level[i], law, data.table, general.virgin_spot(law))
+        share = laws[i, LAW_CONSTANT] / law[LAW_CONSTANT] if laws[i, LAW_CONSTANT] else 0.0
+        deeper[i] = (turn.static[i] / units.force - force * share) / slope
+        force, slope = general.pressed(level[i] + height[i] + lower[i], law, data.table, spots[i])
+        guide = scale * system.bodies.guides[i]
+        missing = turn.static[i] / units.force - force * stronger[i] - scale * turn.bodies.guides[i] * lower[i]
+        sunk[i] = (missing + guide * (deeper[i] + rising[i])) / (slope + guide) - deeper[i] - rising[i]
+    return deeper, sunk
 
 
 def _turned_rest(prepared: general.Prepared, turn: SystemTurn) -> tuple[ComplexArray, FloatArray, FloatArray]:
