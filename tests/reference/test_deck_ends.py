@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 import wheeltapper as wt
 from tests import pieces
-from tests.reference.test_kinks_of_suspensions import KINKS
+from tests.reference.test_kinks_of_suspensions import KINKS, static_of
 from tests.reference.test_kinks_of_suspensions import WHEEL as STIFF
 from wheeltapper.describe.scenario import Start
 
@@ -373,8 +373,7 @@ def elements_of(kinks, along):
 @pytest.mark.parametrize("name", ["all", *(pytest.param(one, marks=pytest.mark.slow) for one in KINKS if one != "all")])
 def test_kinks_over_a_deck_are_those_of_another_program(name):
     scene, waves = over_waves(**KINKS[name])
-    deck, weight = scene.track, STIFF["load"] + 9.81 * STIFF["mass"]
-    static = weight * 1.2e9 / (1.2e9 + STIFF["stiffness"])  # the paper, Eq. 2.3: no spring's force at first touch
+    deck, static = scene.track, static_of(STIFF)
     contacts = []
     for freedom, position in enumerate(scene.vehicle.positions):
         on = tuple((end - position) / scene.speed for end in (deck.start, deck.start + deck.length))

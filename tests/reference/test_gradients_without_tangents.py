@@ -236,7 +236,7 @@ def times_by_another_program(kinks, changes):
     held = others.WHEEL | others.KINKS[kinks] | changes
     fields = {name: held[name] for name in others.KINKS[kinks]}
     waves = tuple((*wave, 0.0) for wave in others.WAVES)
-    contact = pieces.Contact(0, others.CONTACT, held["load"] + 9.81 * held["mass"], waves)
+    contact = pieces.Contact(0, others.CONTACT, others.static_of(held), waves)
     elements = others.elements_of(fields, np.ones(1), held["stiffness"], held["damping"])
     found = pieces.run(np.diag([held["mass"]]), [[0.0]], [[0.0]], [contact], elements, others.SPEED, 0.05)
     told = [(time, what) for time, family, _, what in found if family == "contact"]

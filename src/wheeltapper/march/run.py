@@ -135,13 +135,24 @@ ROW = Marcher("the march of wheelsets in a row", frozenset({DECK, DECK_ENDS, IRR
 """The wagon's march, where wheelsets that share a deck are made a wagon: it knows a bush, but no play."""
 
 
-PARTING = Marcher(GENERAL.name, GENERAL.covers - {BILATERAL})
+def _as_simulated(*lacks: Need) -> tuple[Marcher, ...]:
+    """Return the general march where it also simulates, but for what it lacks, as marchers.
+
+    A wheelset whose damper has an end is simulated by a march of its own, but on rails; so its cells are runs there.
+    """
+    covers = GENERAL.covers - {*lacks}
+    alone = Marcher(GENERAL.name, covers - {DAMPER_END, DAMPER_PLAY})
+    return alone, Marcher(GENERAL.name, covers, frozenset({FLEXIBLE_TRACK}))
+
+
+MAPPED = _as_simulated()
+PARTING = _as_simulated(BILATERAL)
 """The general march of contacts that can be lost."""
 UNDAMPED_WAGONS = tuple(
     Marcher(one.name, one.covers - {HYSTERESIS, BILATERAL}, one.requires) for one in (WAGON, WAGON_ON_RAILS)
 )
 """The wagon's marches of contacts that lose their force where they part, and only there."""
-TURNED = Marcher(GENERAL.name, GENERAL.covers - {ANOMALY, VOID, DAMPER_PLAY, DECK_ENDS, *KINKS})
+TURNED = _as_simulated(ANOMALY, VOID, DAMPER_PLAY, DECK_ENDS, *KINKS)
 """The general march of contacts that all go along the track, on the same bodies."""
 
 
@@ -199,11 +210,11 @@ TRACK = Question(
 )
 COMFORT = Question("comfort", "ride comfort", (WAGON, WAGON_ON_RAILS))
 GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON, WAGON_ON_RAILS))
-SWEEP = Question("sweep", "features over many cells", (WHEEL, GENERAL, WAGON, WAGON_ON_RAILS))
+SWEEP = Question("sweep", "features over many cells", (WHEEL, *MAPPED, WAGON, WAGON_ON_RAILS))
 GRADIENT = Question(
-    "gradient", "derivatives of features", (WHEEL, TURNED, WAGON, WAGON_ON_RAILS), frozenset({YIELDING})
+    "gradient", "derivatives of features", (WHEEL, *TURNED, WAGON, WAGON_ON_RAILS), frozenset({YIELDING})
 )
-BORDER = Question("border", "where contact begins to be lost", (WHEEL, PARTING, *UNDAMPED_WAGONS))
+BORDER = Question("border", "where contact begins to be lost", (WHEEL, *PARTING, *UNDAMPED_WAGONS))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
 TRAJECTORY = Question("trajectory", "these with exact derivatives", (WHEEL,), others=("simulate", "motion_at"))
 DIAGNOSE = Question("diagnose", "the faults that a site's recordings show", WHEELS, _SPOT, _SITE)

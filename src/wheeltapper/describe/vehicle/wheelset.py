@@ -33,7 +33,8 @@ class Wheelset(Vehicle):
     """A wheelset of mass m under a load P, on a suspension k-c whose other end moves steadily.
 
     The equation of motion is m·ÿ = -P - m·g - k·y - c·ẏ + N (the paper, equation 2.3), y the displacement upwards;
-    the spring is unstretched at y = 0. All values are per wheelset.
+    the spring is unstretched at y = 0, the height of first touch, on a stiff track and a deck. On rails that bend it is
+    unstretched in the static state. All values are per wheelset.
 
     The damper may have a massless end z that moves (docs/theory/motion.rst, section 1.3). With free play the wheel
     moves between two stops, |y - z| ≤ g. The damper acts, with -c·ẏ, only while the wheel is at a stop and moves
@@ -41,7 +42,7 @@ class Wheelset(Vehicle):
     the frequency k_b/c. With both, F = k_b·(y - z ∓ g) beyond the gap, and zero within it.
 
     Dry friction, bumpstops, corners of the spring and a damper that blows off are beside it (docs/theory/motion.rst,
-    section 1.9). They are given from the static state, in which with them the spring, too, is unstretched.
+    section 1.9). They are given from the static state on level track.
 
     Parameters
     ----------
