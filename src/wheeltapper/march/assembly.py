@@ -83,12 +83,13 @@ RAIL_NUMBERS = 9
 # Columns of a corner of an element: its deflection (or rate), the force there, and the rate of the damper in series.
 # Columns of a slider: its force, that at which it begins to slide, the stiffness of its spring (0: rigid), and a mark
 # where the march has something to search in a step. Pieces of a slider's path: it slides towards negative or positive
-# deflections, or sticks; one that is LOOSE has neither rate nor force until it is decided.
+# deflections, or sticks, also with the largest force to either side, while others hold it (resting.py); one that is
+# LOOSE has neither rate nor force until it is decided.
 CORNER_PLACE, CORNER_FORCE, CORNER_RATE = range(3)
 CORNER_COLUMNS = 3
 SLIDER_FORCE, SLIDER_LIMIT, SLIDER_STIFFNESS, SLIDER_MARK = range(4)
 SLIDER_COLUMNS = 4
-BACK, STICKS, FORTH, LOOSE = range(4)
+BACK, STICKS, FORTH, FULL_BACK, FULL_FORTH, LOOSE = range(6)
 
 # Columns of a lane: its side (+1 left, -1 right; 0 if the octet has no such wheel), the nominal radius of the wheel,
 # the index of its body, the first and the last piece of its path, the piece after the last and the joint before it, and

@@ -22,7 +22,7 @@ from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rail_motion import enter_logged_step
 from wheeltapper.march.rates import rates
-from wheeltapper.march.sliders import deflection, enter_holds, rate_between_ends, slider_number
+from wheeltapper.march.sliders import deflection, enter_holds, rate_between_ends, side_of, slider_number
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, between
 
@@ -221,7 +221,7 @@ def _write_powers(
             extends = rate[within] if within >= 0 else deflection(element, data, plan, w)
             out[DAMPER_POWER] += extends * _pull(element, int(pieces[element]), data, plan, w)
     for element in range(plan[asm.LAWS], pieces.shape[0]):
-        slides = (pieces[element] - asm.STICKS) * rate_between_ends(element, data, plan, w)
+        slides = side_of(pieces[element]) * rate_between_ends(element, data, plan, w)
         out[SLIDER_POWER] += slides * slider_number(element, asm.SLIDER_FORCE, data, plan)
     deck = int(data[asm.DECK])
     lossy = is_lossy(data)

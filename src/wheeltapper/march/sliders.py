@@ -6,23 +6,21 @@ sticks has a force by which v stays zero. These forces f follow together from th
 
     b = Y·f,  f = Y⁺·b,
 
-where Y is how they yield to each other. Where Y is singular, Y⁺ shares forces as equally stiff springs would. Scratch
-memory holds Y⁺ of those that stick, and the rows HELD (whether each does, in Y⁺), RIGID_PULLS (f), UNHELD (b), USES
-(the largest share of its limit that each has had since `forget_uses`).
+where Y is how they yield to each other. Where Y is singular, Y⁺ shares forces as equally stiff springs would. One whose
+share comes to its limit while the others can hold still sticks: its force is that limit until all are decided again
+(resting.py). Scratch memory holds Y⁺ of those that stick, and the rows HELD (whether each does, in Y⁺), RIGID_PULLS
+(f), UNHELD (b), USES (the largest share of its limit that each has had since `forget_uses`).
 """
 
 from __future__ import annotations
-
-import numpy as np
 
 from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import LANES, PLACES, TO_RATE
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.resting import TIE, inverse_of_some
 
 HELD, RIGID_PULLS, UNHELD, USES = range(asm.HOLD_ROWS)
-REDUNDANT = 1e-10
-"""Share of the largest singular value of Y below which others are zero."""
 SLACK = 1e-11
 """Share of its limit by which a force has to exceed it: rounding does not let a slider slide."""
 RESTING_RATE = 1e-12
@@ -39,6 +37,12 @@ def deflection(element: int, data: FloatArray, plan: IntArray, w: FloatArray) ->
     for j in range(plan[spans], plan[spans + 1]):
         total += data[weights + j] * w[plan[index + j]]
     return total
+
+
+@kernel
+def side_of(piece: float) -> float:
+    """Return to which side a slider slides, -1 or 1, or 0: it sticks, or is not decided."""
+    return piece - asm.STICKS if piece <= asm.FORTH else 0.0
 
 
 @kernel
@@ -80,14 +84,18 @@ def add_slider_forces(
 ) -> None:
     """Add the forces of all sliders but of rigid ones that stick, and the rates inside them."""
     for element in range(plan[asm.LAWS], pieces.shape[0]):
-        side = pieces[element] - asm.STICKS
+        piece = pieces[element]
+        side = side_of(piece)
         within = plan[plan[asm.AT_INSIDE] + element]
         pull = side * slider_number(element, asm.SLIDER_FORCE, data, plan)
         if within >= 0 and side == 0.0:
             pull = slider_number(element, asm.SLIDER_STIFFNESS, data, plan) * deflection(element, data, plan, w)
         elif within >= 0:
             out[within] = rate_between_ends(element, data, plan, w)
-        elif abs(side) != 1.0:
+        elif piece == asm.FULL_BACK or piece == asm.FULL_FORTH:
+            full = (1.0 - TIE) * slider_number(element, asm.SLIDER_LIMIT, data, plan)
+            pull = full if piece == asm.FULL_FORTH else -full
+        elif side == 0.0:
             continue
         spans = plan[asm.AT_ELEMENT_SPANS] + element
         for j in range(plan[spans], plan[spans + 1]):
@@ -131,14 +139,9 @@ def forget_uses(data: FloatArray, plan: IntArray, pieces: FloatArray) -> None:
 
 
 @kernel
-def inverse_of_some(chosen: FloatArray, data: FloatArray, plan: IntArray) -> FloatArray:
-    """Return Y⁺ of the rigid sliders for which `chosen` is one; zero for others."""
-    count = chosen.shape[0]
-    Y = np.zeros((count, count))
-    for i in range(count):
-        for j in range(count):
-            Y[i, j] = data[plan[asm.AT_YIELDS] + i * count + j] * chosen[i] * chosen[j]
-    return np.asarray(np.linalg.pinv(Y, REDUNDANT), dtype=np.float64)
+def yields_between(count: int, data: FloatArray, plan: IntArray) -> FloatArray:
+    """Return Y of all rigid sliders."""
+    return data[plan[asm.AT_YIELDS] : plan[asm.AT_YIELDS] + count * count].reshape(count, count)
 
 
 @kernel
@@ -153,7 +156,7 @@ def enter_holds(data: FloatArray, plan: IntArray, pieces: FloatArray) -> None:
         changed = changed or data[held + i] != sticks  # which is nothing at first
         data[held + i] = sticks
     if changed:
-        inverse = inverse_of_some(data[held : held + count], data, plan)
+        inverse = inverse_of_some(data[held : held + count], yields_between(count, data, plan))
         for i in range(count):
             for j in range(count):
                 data[plan[asm.AT_HOLDS] + i * count + j] = inverse[i, j]
@@ -165,7 +168,7 @@ def slider_gap(element: int, data: FloatArray, plan: IntArray, w: FloatArray, pi
 
     Of a rigid one that sticks, for the state whose rates were computed last.
     """
-    side = pieces[element] - asm.STICKS
+    side = side_of(pieces[element])
     if side != 0.0:
         return side * rate_between_ends(element, data, plan, w) + slow_rate(data)
     return (

@@ -225,6 +225,7 @@ def _element_events(scenario: Scenario, lowered: LoweredWagon, march: MultibodyM
         return suspension.no_events()
     end = asm.STEP_ELEMENTS + len(lowered.assembly.element_inside)
     pieces = np.vstack([np.full(len(sliders), asm.STICKS), march.steps[:, end - len(sliders) : end]])
+    pieces[pieces > asm.FORTH] = asm.STICKS
     step, which = np.nonzero(pieces[1:] != pieces[:-1])
     places = lowered.layout.displacement_places[: len(lowered.structure.motions)] + TO_RATE
     names, rows = np.array([item.name for item in sliders]), np.array([item.row for item in sliders])
@@ -475,7 +476,9 @@ def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario, voids: tuple[Vo
     check("march_steps", lengths, follows & (lengths > 0.0), "steps that follow each other")
     at_once = bool(A.rails.size and A.rails[asm.RAIL_AT_ONCE])
     check_whole("march_steps", steps[:, asm.STEP_CLOSED], 0, 2.0 ** (octets * LANES + at_once) - 1)
-    most = np.append(np.diff(A.element_corners) - 2, np.full(len(A.sliders), asm.LOOSE))
+    pieces = [np.diff(A.element_corners) - 2, np.full(len(A.sliders), asm.FORTH)]
+    most = np.concatenate(pieces)
+    most[elements - len(A.yields) :] = asm.FULL_FORTH  # of rigid friction
     for element in range(elements):
         check_whole("march_steps", steps[:, asm.STEP_ELEMENTS + element], 0, most[element])
     if A.stretch_columns:
