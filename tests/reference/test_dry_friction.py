@@ -1,6 +1,7 @@
 """Dry friction and piecewise linear dampers of wagons against closed forms and two programs of the tests' own."""
 
 from functools import partial
+from itertools import product
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ import wheeltapper as wt
 from tests.dry_friction import QuarterWagon
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march import run
-from wheeltapper.march.assembly import PLACES, STEP_ELEMENTS, STEP_TIME, TO_RATE
+from wheeltapper.march.assembly import MOTION_Z, PLACES, ROLL, STEP_ELEMENTS, STEP_TIME, TO_RATE
+from wheeltapper.march.resting import confine, decide_rest
 
 HELD = ("x", "y", "roll", "pitch", "yaw")
 AXLE = {"mass": 1500.0, "inertia": (1120.0, 112.0, 1120.0), "held": HELD, "position": 0.0}
@@ -72,33 +74,35 @@ def test_a_quarter_wagon_sticks_and_slips_when_another_program_says(force, limit
 # -- bodies beside the wheelset, moved at the start ------------------------------------------------------------------
 
 
-def beside(bodies, elements, moved, duration):
-    """March bodies that elements hold to the ground, from displacements and velocities along z, {name: (z, v)}.
+def beside(bodies, elements, moved, duration, motions=("z",)):
+    """March bodies that elements hold to the ground, from displacements and velocities, {name: (z, v, roll, ω)}.
 
     Return the times at which each friction element changes and its piece then, [(time, element, piece)], and the end.
     """
     axle = wt.vehicles.Axle(**AXLE, load=1e4)
     held = tuple(
-        wt.vehicles.Body(name=name, mass=mass, inertia=INERTIA, position=(0.0, 0.0, 1.0), held=HELD)
+        wt.vehicles.Body(
+            name=name, mass=mass, inertia=INERTIA, position=(0.0, 0.0, 1.0), held=tuple(set(HELD) - set(motions))
+        )
         for name, mass in bodies.items()
     )
     at = {"at": (0.0, 0.0, 1.0)}
     scene = wt.Scenario(
-        vehicle=wt.Wagon(bodies=held, axles=(axle,), elements=tuple(make(**at) for make in elements)),
+        vehicle=wt.Wagon(bodies=held, axles=(axle,), elements=tuple(make(**at | make.keywords) for make in elements)),
         contact=wt.Hertz(constant_per_wheel=CONTACT), profiles=wt.profiles.Cones(moving_with="wheel"), speed=SPEED,
         duration=duration,
     )  # fmt: skip
     lowered = lower_wagon(scene, "strict")
     start = lowered.assembly.start.copy()
-    for name, (z, v) in moved.items():
-        at_z = lowered.layout.bodies.index(name) * PLACES + 2
-        start[at_z], start[at_z + TO_RATE] = z, v
+    places = {name: lowered.layout.bodies.index(name) * PLACES for name in bodies}
+    for name, numbers in moved.items():
+        for at_motion, (q, v) in zip((MOTION_Z, ROLL), np.reshape(numbers, (-1, 2)), strict=False):
+            start[places[name] + at_motion], start[places[name] + at_motion + TO_RATE] = q, v
     march = run.march(lowered.assembly._replace(start=start))
     pieces = march.steps[:, STEP_ELEMENTS:]
     step, which = np.nonzero(pieces[1:] != pieces[:-1])
-    ends = [
-        march.state[lowered.layout.bodies.index(name) * PLACES + 2 + TO_RATE * k] for name in bodies for k in (0, 1)
-    ]
+    kept = (MOTION_Z, ROLL)[: len(motions)]
+    ends = [march.state[places[name] + motion + TO_RATE * k] for name in bodies for motion in kept for k in (0, 1)]
     return [
         (march.steps[i + 1, STEP_TIME], int(j), int(pieces[i + 1, j])) for i, j in zip(step, which, strict=True)
     ], ends
@@ -185,6 +189,170 @@ def test_a_mass_on_a_belt_sticks_and_slips_as_matrix_exponentials_say(series):
     assert len(expected) >= 10
     assert [piece for _, piece in found] == [piece for _, piece in expected]
     np.testing.assert_allclose([time for time, _ in found], [time for time, _ in expected], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(ends, x[:4], rtol=0, atol=1e-8)
+
+
+# -- several at rest --------------------------------------------------------------------------------------------------
+
+
+def of_all_states(Y, free, bounds):
+    """Accelerations a = free - Y·f and the least forces |f| ≤ bounds that resist them, by trying all 3ⁿ states."""
+    found, scale = [], np.abs(free) + np.abs(Y) @ bounds
+    for state in product((-1.0, 0.0, 1.0), repeat=len(free)):
+        side = np.array(state)
+        inside, f = side == 0.0, side * bounds
+        f[inside] = np.linalg.pinv(Y[np.ix_(inside, inside)], rcond=1e-10) @ (free - Y @ f)[inside]
+        a = free - Y @ f
+        rests = np.abs(np.where(inside, a, np.minimum(side * a, 0.0))) <= 1e-9 * scale
+        if rests.all() and (np.abs(f) <= bounds * (1.0 + 1e-9)).all():
+            found.append((f @ f, tuple(a), tuple(f)))
+    return (np.array(one) for one in min(found)[1:])
+
+
+def drawn_rest(draw, count):
+    """Random rows of sliders on bodies, some of them alike or dependent; Y, accelerations without them, and bounds."""
+    width = int(draw.integers(1, count + 1))
+    rows = draw.integers(-2, 3, (count, width)) * 1.0 if draw.random() < 0.6 else draw.normal(size=(count, width))
+    rows[~rows.any(axis=1), 0] = 1.0
+    Y = rows @ np.diag(10 ** draw.uniform(-1.0, 1.0, width)) @ rows.T
+    bounds = draw.choice([1.0, 2.0, 3.0], count) if draw.random() < 0.5 else draw.uniform(0.2, 3.0, count)
+    free = Y @ (draw.uniform(-1.3, 1.3, count) * bounds)
+    return Y, free if draw.random() < 0.5 else rows @ draw.integers(-6, 7, width), bounds
+
+
+def test_rest_is_the_only_one_of_all_states():
+    draw = np.random.default_rng(20)
+    for count in [1, 2, 3, 4, 5] * 12 + [8] * 3:
+        Y, free, bounds = drawn_rest(draw, count)
+        a, least = of_all_states(Y, free, bounds)
+        f, ends = np.zeros((2, len(free)))
+        confine(Y, free, bounds, f, ends)
+        np.testing.assert_allclose(free - Y @ f, a, rtol=0, atol=1e-9 * (np.abs(free) + np.abs(Y) @ bounds).max())
+        np.testing.assert_allclose(f, least, rtol=0, atol=1e-8)
+
+
+def test_who_moves_has_the_force_that_slides():
+    # again by all states: with the limits, then with the lower force of those that move
+    draw = np.random.default_rng(21)
+    for count in [1, 2, 3, 4, 5] * 10:
+        Y, free, forces = drawn_rest(draw, count)
+        limits = forces * draw.choice([1.0, 1.5], len(free))
+        bounds = limits.copy()
+        while True:
+            a, _ = of_all_states(Y, free, bounds)
+            moves = np.abs(a) > 1e-6 * (np.abs(free) + np.abs(Y) @ bounds)
+            if (bounds[moves] == forces[moves]).all():
+                break
+            bounds[moves] = forces[moves]
+        ends = np.zeros(len(free))
+        sides = decide_rest(Y, free, np.ones(len(free)), limits, forces, np.zeros(len(free)), ends)
+        np.testing.assert_array_equal(sides, np.sign(a) * moves)
+
+
+def test_ties_within_rounding_go_together():
+    # a body (m, J) on two equal sliders ±b from its middle, b² > J/m, where it is pulled with both limits: if one went
+    # alone, the other would need (2·limit/m - (1/m - b²/J)·force)/(1/m + b²/J) and stay
+    rows = np.array([[1.0, 1.0], [1.0, -1.0]])
+    Y = rows @ np.diag([1 / 5000.0, 1 / 1000.0]) @ rows.T
+    limits, forces = np.full(2, 3600.0), np.full(2, 3000.0)
+    for uneven in (0.0, 1e-13, -1e-13):
+        need = Y @ (limits * np.array([1.0 + uneven, 1.0 - uneven]))
+        sides = decide_rest(Y, need, np.ones(2), limits, forces, np.zeros(2), np.zeros(2))
+        assert list(sides) == [1.0, 1.0]
+    sides = decide_rest(Y, Y @ (limits * 0.9999), np.ones(2), limits, forces, np.zeros(2), np.zeros(2))
+    assert list(sides) == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("numbers", "begin"),
+    [
+        (((300.0, 420.0), (450.0, 450.0)), (0.03, 0.0, 0.02, 0.0)),
+        (((300.0, 420.0), (450.0, 700.0)), (0.02, 0.0, -0.04, 0.0)),
+        (((900.0, 1200.0), (250.0, 250.0)), (-0.025, 0.0, 0.03, 0.0)),
+    ],
+)  # fmt: skip
+def test_two_unequal_ones_below_a_body_agree_with_matrix_exponentials(numbers, begin):
+    # a body that goes up and down and rolls on springs at ±1 m, with sliders at 0.9 m and -0.6 m
+    mass, stiffness, at, end = 800.0, np.array([4e4, 3e4]), np.array([0.9, -0.6]), 1.5
+    arms, rows = np.array([[1.0, 1.0], [1.0, -1.0]]), np.column_stack([np.ones(2), at])
+    W = np.diag([1.0 / mass, 1.0 / INERTIA[0]])
+    elements = [
+        partial(wt.vehicles.Spring, name=f"spring {k}", between=("body", "ground"), at=(0.0, y, 1.0),
+                stiffness=(0.0, 0.0, stiffness[k]))
+        for k, (_, y) in enumerate(arms)
+    ] + [
+        friction(f"it {k}", ("body", "ground"), at=(0.0, y, 1.0), force=numbers[k][0], static_force=numbers[k][1])
+        for k, y in enumerate(at)
+    ]  # fmt: skip
+    changes, ends = beside({"body": mass}, elements, {"body": begin}, end, ("z", "roll"))
+    Y, stretch = rows @ W @ rows.T, -W @ arms.T @ np.diag(stiffness) @ arms
+    force, limit = np.array(numbers).T
+
+    def pulls_of(x, sides):
+        f, held = sides * force, sides == 0.0
+        need = rows @ stretch @ x[[0, 2]] - Y @ f
+        f[held] = np.linalg.solve(Y[np.ix_(held, held)], need[held])
+        return f
+
+    def generator(sides):
+        held = sides == 0.0
+        H = rows[held].T @ np.linalg.solve(Y[np.ix_(held, held)], rows[held])
+        A = np.zeros((5, 5))
+        A[0, 1] = A[2, 3] = 1.0
+        A[np.ix_([1, 3], [0, 2])] = stretch - W @ H @ stretch
+        A[[1, 3], 4] = -(np.eye(2) - W @ H) @ W @ rows.T @ (sides * force)
+        return A
+
+    def decided(x, sides, stuck, at_rest):
+        """Try all states of those at rest: with what they hold, then with less of those that move."""
+        bounds = np.where(stuck, limit * (1.0 - 1e-10), force)
+        while True:
+            for state in product((-1.0, 0.0, 1.0), repeat=2):
+                new = np.where(at_rest, state, sides)
+                held, f = new == 0.0, np.where(at_rest, new * bounds, sides * force)
+                need = rows @ stretch @ x[[0, 2]]
+                f[held] = np.linalg.solve(Y[np.ix_(held, held)], (need - Y @ f)[held])
+                a = need - Y @ f
+                fits = np.where(held, np.abs(f) <= bounds, new * a > 0.0)
+                if fits[at_rest].all():
+                    break
+            lower = at_rest & (new != 0.0) & (bounds > force)
+            if not lower.any():
+                return new
+            bounds = np.where(lower, force, bounds)
+
+    def gaps(x, sides):
+        v = rows @ x[[1, 3]]
+        return np.where(sides == 0.0, limit - np.abs(pulls_of(x, sides)), sides * v)
+
+    def gap_after(tau, A, begin, sides, k):
+        return gaps(expm(A * tau) @ begin, sides)[k]
+
+    t, x, grid, moment = 0.0, np.append(begin, 1.0), 2e-4, 1e-9  # x = (z, v, roll, ω, 1)
+    at_rest = np.ones(2, dtype=bool)
+    sides, expected = decided(x, np.zeros(2), at_rest, at_rest), []
+    while t < end:
+        A, begin = generator(sides), x
+        small, low, here = expm(A * grid), moment, expm(A * moment) @ begin
+        while True:
+            high, there = low + grid, small @ here
+            closed = np.flatnonzero(gaps(there, sides) <= 0.0)
+            if high > end - t or len(closed):
+                break
+            low, here = high, there
+        taus = [brentq(gap_after, low, high, args=(A, begin, sides, k), xtol=1e-15) for k in closed]
+        tau = min(taus, default=np.inf)
+        if t + tau > end:
+            x = expm(A * (end - t)) @ begin
+            break
+        t, x = t + tau, expm(A * tau) @ begin
+        stuck = sides == 0.0
+        new = decided(x, sides, stuck, stuck | (np.abs(rows @ x[[1, 3]]) < 1e-11))
+        expected += [(t, int(k), 1 + int(new[k])) for k in np.flatnonzero(new != sides)]
+        sides = new
+    assert len(expected) >= 8
+    assert [what[1:] for what in changes] == [what[1:] for what in expected]
+    np.testing.assert_allclose([what[0] for what in changes], [what[0] for what in expected], rtol=0, atol=1e-9)
     np.testing.assert_allclose(ends, x[:4], rtol=0, atol=1e-8)
 
 

@@ -39,7 +39,7 @@ def inverse_of_some(chosen: FloatArray, Y: FloatArray) -> FloatArray:
     for i in range(count):
         for j in range(count):
             among[i, j] = Y[i, j] * chosen[i] * chosen[j]
-    return np.asarray(np.linalg.pinv(among, REDUNDANT), dtype=np.float64)
+    return np.ascontiguousarray(np.linalg.pinv(among, REDUNDANT))
 
 
 @kernel
@@ -106,7 +106,7 @@ def decide_rest(
         inverse = confine(Y, free, bounds, f, ends)
         changed = False
         for i in range(count):
-            alone = Y[i, i] - Y[i] @ (inverse @ Y[:, i])  # with those inside of their bounds at rest
+            alone = Y[i, i] - Y[i] @ (inverse @ Y[i])  # with those inside of their bounds at rest
             sides[i] = ends[i] if alone > REDUNDANT * Y[i, i] else 0.0
             if sides[i] != 0.0 and bounds[i] > forces[i]:
                 bounds[i], changed = forces[i], True

@@ -123,8 +123,8 @@ def settle_rigid(
     which = np.flatnonzero(rests)
     if len(which) == 0:
         return
-    for i in which:
-        pieces[first + i] = asm.LOOSE
+    for k in range(len(which)):
+        pieces[first + which[k]] = asm.LOOSE
     rates(t, data, plan, w, wheels, pieces, Q, out, True)
     free, limits, forces = np.zeros(count), np.zeros(count), np.zeros(count)
     for i in range(count):
