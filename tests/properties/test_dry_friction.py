@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from tests.properties.test_wagon_elements import HELD, PLACE, run, spring, vehicle
+from tests.properties.test_wagon_elements import AXLE, HELD, PLACE, run, spring, vehicle
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower.wagon import lower_wagon
+from wheeltapper.march import assembly as asm
 from wheeltapper.march import replay
 from wheeltapper.record import wagon_energy
 from wheeltapper.record.wagon import _of_this_version
@@ -150,6 +151,90 @@ def test_two_that_share_a_place_are_one():
         for kind in ("loss", "impact"):
             times = [record.events.time[record.events.kind == kind] for record in (both, one)]
             np.testing.assert_allclose(*times, rtol=0, atol=1e-9)
+
+
+HUMP = {"irregularity": wt.CosineBump(height=2e-3, length=1.0, start=0.3), "speed": 25.0, "rolling": "point"}
+
+
+def over_hump(*elements, free=(), wheelbase=None, **changes):
+    """Run a body on springs beside both rails, with friction elements {name: (side, numbers)}, over a long bump."""
+    numbers = (1,) if wheelbase is None else (1, 2)
+    held = tuple(motion for motion in HELD if motion not in free)
+    body = wt.vehicles.Body(name="body", mass=5e3, inertia=(1e3, 4e3, 1e3), position=(0.0, 0.0, 1.0), held=held)
+    axles, made = [], []
+    for number in numbers:
+        x = 0.0 if wheelbase is None else (1.5 - number) * wheelbase
+        axles.append(wt.vehicles.Axle(position=x, **AXLE))
+        ends = {"between": ("body", f"wheelset {number}")}
+        for y in (1.0, -1.0):
+            name = f"spring {number} {y:g}"
+            made.append(wt.vehicles.Spring(name=name, at=(x, y, 0.8), stiffness=(0.0, 0.0, 5e5), **ends))
+        for name, y, force, limit in elements:
+            law = {"along": "z", "force": force, "static_force": limit}
+            made.append(wt.vehicles.Friction(name=f"{name} {number}", at=(x, y, 0.8), **law, **ends))
+    return run(wt.Wagon(bodies=(body,), axles=tuple(axles), elements=tuple(made)), 0.13, **HUMP | changes)
+
+
+def changes_of(record, name):
+    found = record.suspension_events
+    mine = found.isel(suspension_event=[one.startswith(name) for one in found.element.values])
+    return mine.time.values, list(mine.kind.values)
+
+
+@pytest.mark.parametrize("track", [None, "rails"])
+@pytest.mark.parametrize("pitches", [False, True])
+@pytest.mark.parametrize("limits", [(3600.0, 3600.0), (3000.0, 3000.0), (4600.0, 2600.0)])
+def test_a_pair_that_moves_alike_sticks_and_slides_as_one(limits, pitches, track):
+    from tests.properties.test_wagon_on_rails import BALLASTED
+
+    two_axles = {"wheelbase": 1.8, "free": ("pitch",)} if pitches else {}
+    below = {} if track is None else {"track": BALLASTED}
+    forces = (3000.0, 3000.0) if limits[0] == limits[1] else (4000.0, 2000.0)
+    pair = [
+        (name, y, *of) for name, y, of in zip(("a", "b"), (1.0, -1.0), zip(forces, limits, strict=True), strict=True)
+    ]
+    one, both = (over_hump(*made, **two_axles, **below) for made in ([("one", 0.0, 6000.0, sum(limits))], pair))
+    expected, kinds = changes_of(one, "one")
+    assert {"stick", "slip"} == set(kinds)
+    for name in "ab":
+        times, found = changes_of(both, name)
+        assert found == kinds
+        np.testing.assert_allclose(times, expected, rtol=0, atol=1e-9)
+    assert float(both.energy.element_friction) == pytest.approx(float(one.energy.element_friction), rel=1e-8)
+    assert float(both.energy.relative_imbalance) < 1e-9
+
+
+@pytest.mark.parametrize("track", [None, "rails"])
+def test_symmetric_input_stays_symmetric_where_a_body_may_roll(track):
+    # let go one after the other, the first takes so much of what the body needs that the second holds
+    from tests.properties.test_wagon_on_rails import BALLASTED
+
+    below = {} if track is None else {"track": BALLASTED}
+    pair = over_hump(("a", 1.0, 3000.0, 3600.0), ("b", -1.0, 3000.0, 3600.0), free=("roll",), **below)
+    (left, kinds), (right, others) = (changes_of(pair, name) for name in "ab")
+    assert kinds == others
+    assert {"stick", "slip"} == set(kinds)
+    np.testing.assert_allclose(left, right, rtol=0, atol=1e-12)
+    found = pair.at(np.linspace(0.0, 0.13, 200))
+    assert float(np.abs(found.displacement.sel(body="body", motion="roll")).max()) < 1e-12
+    apart = found.normal_force.sel(side="left") - found.normal_force.sel(side="right")
+    assert float(np.abs(apart).max()) < 1e-9 * pair.static_force
+    assert float(pair.energy.relative_imbalance) < 1e-9
+
+
+def test_one_at_its_limit_sticks_while_the_other_holds(tmp_path):
+    # equally shared, 2400 N are the limit of the first; together they hold 4800 N
+    record, one = over_hump(("a", 1.0, 1e3, 1.2e3), ("b", -1.0, 3e3, 3.6e3)), over_hump(("one", 0.0, 4e3, 4.8e3))
+    pieces = record._march.steps[:, asm.STEP_ELEMENTS :]
+    assert (pieces[:, 0] > asm.FORTH).any()
+    assert (pieces[:, 1] <= asm.FORTH).all()
+    (first, _), (second, _), (whole, _) = changes_of(record, "a"), changes_of(record, "b"), changes_of(one, "one")
+    np.testing.assert_array_equal(first, second)
+    np.testing.assert_allclose(first, whole, rtol=0, atol=1e-9)
+    record.save(tmp_path / "record.nc")
+    again = wt.load(tmp_path / "record.nc")
+    assert again.suspension_events.equals(record.suspension_events)
+    assert again.at([0.02, 0.1]).equals(record.at([0.02, 0.1]))
 
 
 def test_unequal_ones_that_share_a_place_slide_with_their_sum():
