@@ -24,7 +24,7 @@ from wheeltapper.march.program import FloatArray
 REDUNDANT = 1e-10
 """Share of the largest singular value of Y below which others are zero."""
 TIE = 1e-9
-"""Share of its bound to which the force of a slider that sticks may come; those that are nearer begin to slide."""
+"""Share of its bound below it to which the force of a slider that sticks may come; those that are nearer slide."""
 ROUNDING = 1e-12
 """Share of its parts up to which an acceleration is zero, and of its bound up to which a force is at it."""
 MOST_ROUNDS = 50
@@ -89,6 +89,12 @@ def confine(Y: FloatArray, free: FloatArray, bounds: FloatArray, f: FloatArray, 
 
 
 @kernel
+def _is_alone(i: int, Y: FloatArray, inverse: FloatArray) -> bool:
+    """Return True for a slider that yields although those inside of their bounds do not."""
+    return bool(Y[i, i] - Y[i] @ (inverse @ Y[i]) > REDUNDANT * Y[i, i])
+
+
+@kernel
 def decide_rest(
     Y: FloatArray, free: FloatArray, stuck: FloatArray, limits: FloatArray, forces: FloatArray, f: FloatArray,
     ends: FloatArray,
@@ -100,19 +106,22 @@ def decide_rest(
     instant. One at its bound that those inside of theirs hold at rest sticks there; any other slides.
     """
     count = free.shape[0]
-    bounds = np.where(stuck != 0.0, (1.0 - TIE) * limits, forces)
+    most, least = (1.0 - TIE) * limits, (1.0 - TIE) * forces
+    bounds = np.where(stuck != 0.0, most, least)
     sides, changed = np.zeros(count), True
     while changed:
         inverse = confine(Y, free, bounds, f, ends)
         changed = False
         for i in range(count):
-            alone = Y[i, i] - Y[i] @ (inverse @ Y[i])  # with those inside of their bounds at rest
-            sides[i] = ends[i] if alone > REDUNDANT * Y[i, i] else 0.0
-            if sides[i] != 0.0 and bounds[i] > forces[i]:
-                bounds[i], changed = forces[i], True
+            sides[i] = ends[i] if _is_alone(i, Y, inverse) else 0.0
+            if sides[i] != 0.0 and bounds[i] > least[i]:
+                bounds[i], changed = least[i], True
     for i in range(count):
-        if sides[i] == 0.0 and bounds[i] != (1.0 - TIE) * limits[i]:
-            bounds[i], changed = (1.0 - TIE) * limits[i], True
+        if sides[i] == 0.0 and bounds[i] < most[i]:
+            bounds[i], changed = most[i], True
     if changed:  # who has come to rest holds more
-        confine(Y, free, bounds, f, ends)
+        inverse = confine(Y, free, bounds, f, ends)
+        for i in range(count):
+            if sides[i] == 0.0 and _is_alone(i, Y, inverse):
+                ends[i] = 0.0
     return sides
