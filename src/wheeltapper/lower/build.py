@@ -19,7 +19,7 @@ from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.fit import Factor
 from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
 from wheeltapper.lower.plastic import yielding_program
-from wheeltapper.lower.plausible import implausible_notes
+from wheeltapper.lower.plausible import doubts
 from wheeltapper.lower.point import point_table
 from wheeltapper.lower.rolling import circle_table
 from wheeltapper.lower.sampled import over_the_run, pieces_note
@@ -169,5 +169,5 @@ def lower(scenario: Scenario, method: str = "default", path: tuple[PathTable, li
         force=units.force.item(),
         static_force=static_force,
         contact_constant=units.contact_constant.item(),
-        notes=(*implausible_notes(scenario), *notes),
+        notes=(*doubts(scenario), *notes),
     )

@@ -34,6 +34,7 @@ from wheeltapper.lower.on_rails import (
 from wheeltapper.lower.plausible import implausible_cells
 from wheeltapper.lower.table import PathTable
 from wheeltapper.lower.track.reach import cutoff_note
+from wheeltapper.lower.unmet import acting_in, unmet_cells
 from wheeltapper.march.general.contract import Task
 
 VEHICLE = "vehicle.", "contact.", "start."
@@ -150,7 +151,7 @@ class CellsOnRails:
     @cached_property
     def notes(self) -> tuple[Shared, ...]:
         """What the user should know, one note for each cause."""
-        told = [*implausible_cells(self.scenario, self.changed, self.cells), *self._recurring]
+        told = [*implausible_cells(self.scenario, self.changed, self.cells), *self._unmet(), *self._recurring]
         told += [Shared(note, count) for vehicle, count in _counted(self.vehicles) for note in vehicle.notes]
         for number, said in enumerate(self._path_notes):
             told += [Shared(note, int((self._path_of == number).sum())) for note in said]
@@ -165,6 +166,17 @@ class CellsOnRails:
             track.modes is not None and speed > 0.0 for track, speed in zip(self._tracks, self._speed, strict=True)
         )
         return shared_notes([*told, *([Shared(SUDDEN, int(moving))] if moving else [])])
+
+    def _unmet(self) -> list[Shared]:
+        """Return notes on what cells never meet."""
+        _, first, owner = np.unique(
+            np.column_stack([self._on, self._rough, self._under]), axis=0, return_index=True, return_inverse=True
+        )
+        way, groups = self._speed * self._duration, []
+        for number, one in enumerate(first.tolist()):
+            mine = np.flatnonzero(owner.ravel() == number)
+            groups.append((acting_in(self.scenario_of(one)), mine, 0.0, way[mine]))
+        return unmet_cells(groups, self.scenario_of)
 
 
 def _counted(items: list[Any]) -> list[tuple[Any, int]]:

@@ -27,6 +27,7 @@ from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.numbers import METHODS, Method, Placing, Units, numbers_of
 from wheeltapper.lower.plausible import implausible_cells
 from wheeltapper.lower.table import PathTable
+from wheeltapper.lower.unmet import deck_acting, irregularities_acting, unmet_cells
 from wheeltapper.march import program as contract
 from wheeltapper.march.ensemble import Cells
 from wheeltapper.march.general.at_rest import Numbers
@@ -184,8 +185,20 @@ class LoweredCells:
         """What the user should know, one note for each cause."""
         counts = np.bincount(self._owner, minlength=len(self._shaped))
         notes = [Shared(note, int(cells)) for said, cells in zip(self._said, counts, strict=True) for note in said]
-        told = [note for note in notes if note.note.cause != SHARP_DIP] + self._sharp_dips()
+        told = [note for note in notes if note.note.cause != SHARP_DIP] + self._sharp_dips() + self._unmet()
         return shared_notes((*implausible_cells(self.scenario, self.changed, self._field_value.cells), *told))
+
+    def _unmet(self) -> list[Shared]:
+        """Return notes on what cells never meet; irregularities are where they are on the cells' tables."""
+        value, cells = self._field_value, np.arange(self._field_value.cells)
+        way = np.broadcast_to(value("speed") * value("duration"), value.cells)
+        offset = np.broadcast_to(self._scaled_use(self._kinds, self._reference, value)[2], value.cells)
+        tables = ((irregularities_acting(one.scenario), cells[self._owner == i]) for i, one in enumerate(self._shaped))
+        on_tables = ((acting, mine, offset[mine], self._run_ends[mine]) for acting, mine in tables)
+        return unmet_cells([*on_tables, (deck_acting(value), cells, 0.0, way)], self._scenario_of)
+
+    def _scenario_of(self, cell: int) -> Scenario:
+        return self.scenario.replaced({path: values[cell].item() for path, values in self.changed.items()})
 
     def _sharp_dips(self) -> list[Shared]:
         """Return notes on dips that no wheel can follow; cells with the same table may differ in them."""

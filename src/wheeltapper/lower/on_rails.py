@@ -30,7 +30,7 @@ from wheeltapper.lower.marks import SAMPLES, MarkedPath, Surface
 from wheeltapper.lower.numbers import METHODS, Method, contact_alone, hysteresis_factor, units_of
 from wheeltapper.lower.own_law import table_note, tabulated_law
 from wheeltapper.lower.plastic import patch_semi_axis, stretched_rows, virgin_pieces
-from wheeltapper.lower.plausible import implausible_notes
+from wheeltapper.lower.plausible import doubts
 from wheeltapper.lower.rail_memory import RailMemory
 from wheeltapper.lower.table import PathTable, blank_rows
 from wheeltapper.lower.track.anomalies import NONE, Anomalies, Void, anomalies_of, check_seats
@@ -130,7 +130,7 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
     recurring = checked_way(scenario, vehicle.plane, under, float(scenario.speed), way, method)
     tables, notes = paths_of(scenario, vehicle.plane, way, METHODS[method])
     task = task_of(scenario, vehicle, under, tables, float(scenario.speed), float(scenario.duration), method)
-    said = (*implausible_notes(scenario), *vehicle.notes, *notes)
+    said = (*doubts(scenario), *vehicle.notes, *notes)
     if under.reach is not None:
         said = (*said, *under.reach.notes, *recurring, *_excitation_note(scenario, vehicle.plane, under.reach))
         if vehicle.plane.rails == 1 and scenario.track.rolls:

@@ -18,6 +18,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.ground.notes import Note, Shared
 from wheeltapper.ground.quantities import UNITS, si_unit
+from wheeltapper.lower.unmet import unmet_notes
 
 FloatArray = NDArray[np.float64]
 
@@ -189,6 +190,11 @@ def implausible_notes(scenario: Scenario) -> tuple[Note, ...]:
         for where, noun in _judged_nouns(scenario)
         for path, value, usual in (*_doubtful_numbers(where, noun), *_implausible_span(where, noun, way))
     )
+
+
+def doubts(scenario: Scenario) -> tuple[Note, ...]:
+    """Return notes on what in a scenario is probably not as it was meant: implausible numbers, what is never met."""
+    return (*implausible_notes(scenario), *unmet_notes(scenario))
 
 
 def implausible_cells(scenario: Scenario, changed: Mapping[str, FloatArray], cells: int) -> tuple[Shared, ...]:

@@ -36,7 +36,7 @@ class Cell:
     @staticmethod
     def summed_cell(start: float, end: float, present: list[PlacedStretch]) -> Cell:
         """Return the cell in which these stretches are summed."""
-        uneven = [f for p in present if not (isinstance(f := p.stretch.exact, Harmonic) and f.level)]
+        uneven = [p.stretch.exact for p in present if not p.stretch.level]
         chord = uneven[0].radius if len(uneven) == 1 and isinstance(uneven[0], Chord) else nan
         knots = [p.stretch.exact.breaks + p.shift for p in present if isinstance(p.stretch.exact, Polynomials)]
         inside = np.concatenate([k[(k > start) & (k < end)] for k in knots]) if knots else np.empty(0)

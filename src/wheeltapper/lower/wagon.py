@@ -36,7 +36,7 @@ from wheeltapper.lower.patches import (
     saturation_cells,
 )
 from wheeltapper.lower.plastic import virgin_pieces
-from wheeltapper.lower.plausible import implausible_notes
+from wheeltapper.lower.plausible import doubts
 from wheeltapper.lower.standing import level_assembly, normal_forces, standing_on, steady_state
 from wheeltapper.lower.structure import SeriesDamper, Structure, structure_of
 from wheeltapper.lower.table import PathTable
@@ -338,7 +338,7 @@ def lower_wagon(scenario: Scenario, method: str = "default", worn: WornRails | N
     numbers[asm.DECK_PRESTRESS] = static[_deck_wheelset(scenario)].sum()
     positions = tuple(axle.position for axle in wagon.axles)
     memory: WagonRails | None = None
-    said = (*implausible_notes(scenario), *notes)
+    said = (*doubts(scenario), *notes)
     if isinstance(scenario.contact, ElasticPlastic):
         memory, more = _memory_of(scenario, assembly, paths, float(static[0].mean()), worn)
         said = (*said, *more)

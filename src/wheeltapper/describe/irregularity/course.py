@@ -91,6 +91,11 @@ class Stretch:
     exact: Harmonic | Polynomials | Chord | None = None
     scatter: Function | None = None
 
+    @property
+    def level(self) -> bool:
+        """True if it is known to be level."""
+        return isinstance(self.exact, Harmonic) and self.exact.level
+
     def moved(self, distance: float) -> Stretch:
         """Return the stretch, moved forward."""
 
@@ -127,6 +132,14 @@ class Course:
     repeats_from: float = -inf
     followed: bool = False
     sampled: bool = False
+
+    @property
+    def uneven(self) -> tuple[tuple[float, float], ...]:
+        """Where it is not level: first and last x of each place, m; of a course that repeats, in one period."""
+        if not self.height:
+            return ((-inf, inf),)
+        within = [(one.start, one.end) for one in self.stretches if not one.level]
+        return (*within, *((one.end, one.end) for one in self.stretches[:-1]))
 
     def value(self, x: NDArray[Any]) -> NDArray[Any]:
         """Return the height in m at x."""
