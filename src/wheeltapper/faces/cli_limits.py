@@ -24,7 +24,7 @@ def limits(
 ) -> int:
     """Compare a run with dated limits: forces of wheels, Y/Q, flats.
 
-    Exit code 1: a limit is exceeded.
+    Exit code 1: a limit is exceeded; 3: none is, but the run never meets something that the scenario describes.
 
     Parameters
     ----------
@@ -59,6 +59,10 @@ def limits(
             print(f"picture: {plot}")
     if record.outcome is not Outcome.COMPLETED:
         print(f"wheeltapper: {record.outcome.sentence}; {record.outcome.remedy}", file=sys.stderr)
+        return NOT_FINISHED
+    if found.unmet and not found.exceeded:
+        many = f"{len(found.unmet)} limits are" if len(found.unmet) > 1 else "1 limit is"
+        print(f"wheeltapper: {many} not met by this run: see the notes", file=sys.stderr)
         return NOT_FINISHED
     return CLAIM_FAILED if found.exceeded else DONE
 

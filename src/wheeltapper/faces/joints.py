@@ -67,7 +67,7 @@ def draw_limits(found: LimitCheck) -> Figure:
     shares = [row.value / row.allowed for row in found]
     longest = 1.2 * max([1.0, *(share for share in shares if np.isfinite(share))])
     ends = np.minimum(shares, longest)  # of a wheel without vertical force Y/Q is infinite
-    colours = [RED if row.exceeded else BLUE for row in found]
+    colours = [{"yes": RED, "no": BLUE, "not met": "0.6"}[row.verdict] for row in found]
     axis.barh(rows, ends, color=colours, height=0.6)
     axis.axvline(1.0, color="0.3", linewidth=1.0)
     axis.set_yticks(rows, [f"{row.name}: {row.rule.text_of(row.allowed)}" for row in found], fontsize=8)
@@ -77,7 +77,8 @@ def draw_limits(found: LimitCheck) -> Figure:
         )
     axis.set(xlabel="value over what is allowed", xlim=(0.0, longest), ylim=(len(found) - 0.5, -0.5))
     exceeded = len(found.exceeded)
-    figure.suptitle(f"{exceeded} of {len(found)} limits exceeded; verify the current editions", fontsize=9)
+    unmet = f", {len(found.unmet)} not met by the run" if found.unmet else ""
+    figure.suptitle(f"{exceeded} of {len(found)} limits exceeded{unmet}; verify the current editions", fontsize=9)
     return figure
 
 

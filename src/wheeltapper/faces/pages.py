@@ -39,6 +39,8 @@ WIDE, TALL, POINTS = 420, 90, 160
 """Size of a sketch in pixels, and the number of its columns."""
 BLUE, HARD = "#4a90c2", "\u00a0"
 """A colour that can be seen on white and on black, and a space at which no line ends."""
+SAID = {"yes": " EXCEEDED", "no": "", "not met": " NOT MET"}
+"""What stands behind the value of a limit."""
 STYLE = (
     "<style>.wheeltapper{font-size:.9em;line-height:1.35;max-width:60em}.wheeltapper table{border:none;margin:.2em 0}"
     ".wheeltapper tr{background:none!important}.wheeltapper td{text-align:left;vertical-align:top;"
@@ -278,11 +280,12 @@ def _(train: TrainFinding) -> Page:
 @page_of.register
 def _(check: LimitCheck) -> Page:
     rows = [
-        Row(row.name, f"{row.rule.text_of(row.value)}{' EXCEEDED' if row.exceeded else ''}",
+        Row(row.name, f"{row.rule.text_of(row.value)}{SAID[row.verdict]}",
             f"allowed: {row.rule.text_of(row.allowed)}")
         for row in check
     ]  # fmt: skip
-    return Page("LimitCheck", f"{len(check.exceeded)} of {len(check)} limits exceeded", rows)
+    unmet = f", {len(check.unmet)} not met by the run" if check.unmet else ""
+    return Page("LimitCheck", f"{len(check.exceeded)} of {len(check)} limits exceeded{unmet}", rows)
 
 
 @page_of.register

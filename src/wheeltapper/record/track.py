@@ -33,6 +33,7 @@ from wheeltapper.record import extent
 from wheeltapper.record.arrays import as_array
 from wheeltapper.record.contacts import SIDES
 from wheeltapper.record.labels import dataset
+from wheeltapper.record.simulate import warn_caller
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -100,6 +101,7 @@ def track(
         chunk = slice(first, first + CHUNK)
         for way, shown in enumerate(ridden.at(times[chunk])):
             read[chunk, way] = _readings(record, ridden, way, shown, places[way], times[chunk])
+    _warn_of_unread(ridden, [*(f"rail {one:g} m" for one in x), *(f"seat {one}" for one in seats)], read)
     if ridden.sides:
         together, against = read[:, 0].copy(), read[:, 1].copy()
         read[:, 0], read[:, 1] = together + against, together - against
@@ -117,6 +119,18 @@ def track(
         for name in ("sleeper_displacement", "sleeper_acceleration", "ballast_force"):
             variables.pop(name, None)
     return dataset(variables)
+
+
+def _warn_of_unread(ridden: _Ridden, names: list[str], read: FloatArray) -> None:
+    """Warn of places that no wheel comes near enough to at any time, so that there is no reading of them."""
+    unread = [name for name, lost in zip(names, np.isnan(read).all(axis=(0, 1, 3)), strict=True) if lost]
+    if unread:
+        ring = ridden.ways[0][1].ring
+        warn_caller(
+            f"no readings at {', '.join(unread[:3])}{f' and {len(unread) - 3} more' if len(unread) > 3 else ''}: "
+            f"at all times a wheel is farther away than {0.5 * ring.bays * ring.spacing:.4g} m, half the ring that "
+            "stands for the track"
+        )
 
 
 def _places(record: Record, ridden: _Ridden, way: int, x: list[float], seats: list[int]) -> list[_Place]:

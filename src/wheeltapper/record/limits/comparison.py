@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.shown import Shown
+from wheeltapper.lower.unmet import unmet_notes
 from wheeltapper.record.contacts import SIDES
 from wheeltapper.record.filtering import checked_rate, low_passed, sliding_mean, usual_rate
 from wheeltapper.record.limits.rule import LATERAL, OF_FAULTS, QUANTITIES, VERIFY, Rule, Rules, as_rules
@@ -50,6 +51,8 @@ class Compared:
         Which: numbered from the leading wheelset, 1; "left", "right" or "both".
     time, position
         When, s, and where the wheel was then, m; NaN for the size of a fault.
+    met
+        Whether the run met all that its scenario describes. If not, a limit that is not exceeded is not kept either.
     """
 
     rule: Rule
@@ -61,6 +64,7 @@ class Compared:
     side: str
     time: float
     position: float
+    met: bool = True
 
     @property
     def name(self) -> str:
@@ -73,12 +77,17 @@ class Compared:
         return {
             "limit": rule.name, "level": rule.level, "quantity": rule.quantity, "per": rule.per,
             "unit": UNITS[QUANTITIES[rule.quantity]], "value": _or_none(self.value), "allowed": self.allowed,
-            "exceeded": self.exceeded, "static_force": self.static, "wheelset": self.wheelset, "side": self.side,
-            "time": _or_none(self.time), "position": _or_none(self.position), "low_pass": _or_none(rule.low_pass),
-            "sliding_mean": rule.sliding_mean or None, "body": rule.body, "country": rule.country,
-            "source": rule.source, "edition": rule.edition, "date": rule.date, "applies": rule.applies,
-            "basis": rule.basis, "verify": rule.verify,
+            "exceeded": self.exceeded, "met": self.met, "static_force": self.static, "wheelset": self.wheelset,
+            "side": self.side, "time": _or_none(self.time), "position": _or_none(self.position),
+            "low_pass": _or_none(rule.low_pass), "sliding_mean": rule.sliding_mean or None, "body": rule.body,
+            "country": rule.country, "source": rule.source, "edition": rule.edition, "date": rule.date,
+            "applies": rule.applies, "basis": rule.basis, "verify": rule.verify,
         }  # fmt: skip
+
+    @property
+    def verdict(self) -> str:
+        """Whether the limit is exceeded: "yes", "no", or "not met" where the run does not tell."""
+        return "yes" if self.exceeded else "no" if self.met else "not met"
 
     def _cells(self) -> tuple[str, ...]:
         rule = self.rule
@@ -87,7 +96,7 @@ class Compared:
         where = f"wheelset {self.wheelset}" + ("" if self.side == "both" else f" {self.side}")
         where += f", {self.time:.4f} s, x = {self.position:.3f} m" if isfinite(self.time) else ""
         shown = rule.text_of(self.value), rule.text_of(self.allowed)
-        return rule.name, quantity, *shown, "yes" if self.exceeded else "no", where, rule.edition
+        return rule.name, quantity, *shown, self.verdict, where, rule.edition
 
 
 @dataclass(frozen=True)
@@ -112,6 +121,11 @@ class LimitCheck(Sequence[Compared], Shown):
     def exceeded(self) -> tuple[Compared, ...]:
         """The rows whose limits are exceeded."""
         return tuple(row for row in self.rows if row.exceeded)
+
+    @property
+    def unmet(self) -> tuple[Compared, ...]:
+        """The rows whose limits are not exceeded, by a run that has not met all that its scenario describes."""
+        return tuple(row for row in self.rows if not (row.exceeded or row.met))
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -178,6 +192,8 @@ def check(
     -------
     LimitCheck
         One row per limit: value, what is allowed, whether it is exceeded, where and when; the rules left out, and why.
+        Where the run never meets an irregularity, an anomaly or a deck, no force shows that a limit is kept: it is
+        "not met".
 
     Raises
     ------
@@ -209,7 +225,7 @@ class _Run:
             self.radii, self.wheels = [float(axle.radius) for axle in vehicle.axles], 1
         else:
             self.radii, self.wheels = [float(one.radius) for one in vehicle.plane.wheelsets], vehicle.plane.rails
-        self._filtered: dict[tuple[bool, float], tuple[FloatArray, FloatArray]] = {}
+        self.unmet = unmet_notes(record.scenario, record.end * self.speed)
 
     @property
     def sides(self) -> tuple[str, ...]:
@@ -262,6 +278,7 @@ class _Run:
         return Compared(
             rule, value, float(allowed[worst]), force, rule.raised_by(value, force), wheelset + 1,
             self.sides[side] if values.shape[1] == len(self.sides) else SIDES[2], time, begin + self.speed * time,
+            rule.quantity in OF_FAULTS or not self.unmet,
         )  # fmt: skip
 
     # -- values of all wheels, and their times ------------------------------------------------------------------------
@@ -326,7 +343,7 @@ class _Run:
             notes.append(f"the force of a wheelset is shared equally by its {self.wheels} wheels")
         if self.record.outcome is not Outcome.COMPLETED:
             notes.append(f"{self.record.outcome.sentence}: compared up to {self.record.end:g} s")
-        return tuple(notes)
+        return (*notes, *self.unmet)
 
 
 def _or_none(value: float) -> float | None:
