@@ -55,6 +55,7 @@ from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.plausible import site_notes
 from wheeltapper.record.recording import Recording
 from wheeltapper.record.simulate import ModelWarning, simulate
 
@@ -181,10 +182,11 @@ def _has_wheel(recording: Recording, noise: float) -> bool:
 
 def _no_wheel_finding(recording: Recording, site: Site, noise: float) -> Finding:
     largest = float(np.nanmax(np.abs(recording.samples)))
+    said = *site_notes(site), *recording.notes
     note = f"the largest sample is {largest:.3g} m/s², {largest / noise:.2g} deviations of the noise"
     nan = np.nan
     return Finding(
-        NO_WHEEL, {}, None, nan, nan, (nan, nan), (), nan, nan, nan, 0, (note, *recording.notes), recording, site, noise
+        NO_WHEEL, {}, None, nan, nan, (nan, nan), (), nan, nan, nan, 0, (note, *said), recording, site, noise
     )  # fmt: skip
 
 
@@ -361,7 +363,8 @@ def _size_of(case: Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, fl
 
 
 def _finding_notes(case: Case) -> tuple[str, ...]:
-    notes = [
+    notes: list[str] = [*site_notes(case.site)]
+    notes += [
         f"not compared: {', '.join(name for name in case.left_out if case.left_out[name] == why)} ({why})"
         for why in dict.fromkeys(case.left_out.values())
     ]

@@ -29,6 +29,8 @@ from wheeltapper.ground.arguments import as_count, as_names, as_path, as_table
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.ground.shown import Shown
+from wheeltapper.lower.plausible import doubts, site_notes
+from wheeltapper.record.simulate import warn_of
 
 FloatArray = NDArray[np.float64]
 
@@ -175,6 +177,7 @@ def assess(
         computed first, and kept.
     """
     site, count, seed = as_site(site), as_count(count, "count", 2), as_count(seed, "seed", 0)
+    warn_of((*site_notes(site), *doubts(site.passage)))
     healthy = count if healthy is None else as_count(healthy, "healthy", 2)
     output = None if output is None else as_path(output, "output", "the path of a .jsonl file")
     faults = _with_sizes(site, faults)

@@ -24,7 +24,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.ground.shown import Shown
 from wheeltapper.record.arguments import as_recordings
-from wheeltapper.record.limits.rule import Rule, Rules, as_rules
+from wheeltapper.record.limits.rule import Rule, Rules, as_rules, rule_notes
 from wheeltapper.record.recording import Recording
 from wheeltapper.record.simulate import simulate
 
@@ -215,7 +215,7 @@ class TrainFinding(Shown):
     def _train_notes(self) -> tuple[str, ...]:
         if any("wheels" in entry for entry in self.axles):
             verify = ("alarm rules are to compare with; each says: verify current edition",) if self.alarms else ()
-            return (*self.notes, *verify)
+            return (*self.notes, *rule_notes(self.rules), *verify)
         notes = ["peaks and ratios are those of the wheelset, over this site's irregularity"]
         if np.isfinite(self.healthy_ratio):
             notes[0] += f", where a healthy wheelset as stated has {self.healthy_ratio:.2f} times its static force"
@@ -232,7 +232,7 @@ class TrainFinding(Shown):
             )
         if self.alarms:
             notes.append("alarm rules are to compare with; each says: verify current edition")
-        return tuple(notes)
+        return (*notes, *rule_notes(self.rules))
 
 
 def _size_text(entry: Mapping[str, Any]) -> str:

@@ -10,14 +10,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.contact.elastic import ElasticContact
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.combination import Repeated
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.site import Site
 from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.ground.notes import Note, Shared
 from wheeltapper.ground.quantities import UNITS, si_unit
+from wheeltapper.lower.ellipse import contact_constant
 from wheeltapper.lower.unmet import unmet_notes
 
 FloatArray = NDArray[np.float64]
@@ -27,6 +30,17 @@ class Usual(NamedTuple):
     """The usual range of a quantity, and the limits beyond which it is implausible, all in one unit.
 
     Negative numbers are judged by their magnitude. Zero is always plausible, and so are numbers that stand for zero.
+
+    Attributes
+    ----------
+    dimension, unit
+        A key of `UNITS`, and one of its units.
+    usual, least, most
+        The usual range, and the limits.
+    mixups
+        Ranges in which another quantity is likelier, even within the limits, and what it is; "": in another unit.
+    zero
+        Whether a number may stand for zero.
     """
 
     dimension: str
@@ -34,25 +48,50 @@ class Usual(NamedTuple):
     usual: tuple[float, float]
     least: float
     most: float
+    mixups: tuple[tuple[float, float, str], ...] = ()
+    zero: bool = True
 
 
 NOTHING = 1e-6
 """A number below this share of the least plausible value stands for zero on purpose, and is accepted without a
 warning."""
-IMPERIAL = ("in", "inch", "lb", "kip", "lbf", "mph")
-"""Units that no hint proposes. A number without a unit is more likely meant in another metric unit."""
+UNMEANT = ("in", "inch", "lb", "kip", "lbf", "mph", "nm", "km")
+"""Units that no hint proposes: another metric unit is likelier, and no part is so small or so long."""
+WRITTEN = (0.01, 1000.0)
+"""Sizes of a number as people write it: with a unit that makes it so."""
 HEIGHT = Usual("length", "mm", (0.01, 5), 0.0, 50)
 SPAN = Usual("length", "mm", (0.01, 10), 0.0, 100)
 """Of heights that are given one by one: from the lowest to the highest, of long waves too."""
 WAVE = Usual("length", "m", (0.01, 3), 1e-4, 1e4)
+WHOLE_SLEEPER = "half of a sleeper is asked, not all of it"
+NOT_LINEAR = "Hertz's constant in N/m^1.5 is another quantity, for `Hertz`"
+DIAMETER = "the radius is asked, not the diameter"
+WHEEL_FOR_AXLE = "a load of one wheel taken for that of an axle doubles it"
+AXLE_FOR_WHEEL = "a load of an axle taken for that of each wheel halves it"
+KN_FOR_N = "loads in kN taken for N make it 1000"
+N_FOR_KN = "readings in kN taken for N make it 0.001"
+LENGTH_OF_SENSOR = Usual("length", "m", (0.1, 5), 0.01, 50)
+"""From x1 to x2: gauges stand between two sleepers, and an instrumented length has a few."""
+UNCERTAINTY = Usual("number", "", (0.001, 0.3), 0.0, 1)
+NOT_HERTZ = "a linear stiffness in N/m is another quantity, and so is a compliance G in m/N^(2/3), with C = G^-1.5"
+"""Of a steel wheel on a rail C is 6e10 to 1.1e11 N/m^1.5 (docs/theory/contact.rst, section 3.1: radii of 0.3 to 0.5 m
+on crowns of 0.08 to 0.5 m). Papers on tracks take G = 4.57e-8·R^-0.149 m/N^(2/3) instead (W. Zhai, K. Wang, C. Cai,
+*Vehicle System Dynamics* 47 (2009) 1349-1376), and linear models 1e9 N/m or so."""
 ELASTIC = {
-    "constant": Usual("Hertz constant", "N/m^1.5", (5e10, 5e11), 1e9, 1e13),
-    "constant_per_wheel": Usual("Hertz constant", "N/m^1.5", (3e10, 3e11), 1e9, 1e13),
+    "constant": Usual("Hertz constant", "N/m^1.5", (5e10, 5e11), 1e9, 1e13, ((0.0, 1e10, NOT_HERTZ),), zero=False),
+    "constant_per_wheel": Usual(
+        "Hertz constant", "N/m^1.5", (3e10, 3e11), 1e9, 1e13, ((0.0, 1e10, NOT_HERTZ),), zero=False
+    ),
     "rail_radius": Usual("length", "m", (0.08, 0.5), 0.005, 10),
     "youngs_modulus": Usual("pressure", "GPa", (200, 215), 0.1, 2000),
 }
+ONE_WHEEL = {"constant": (0.8, 1.2), "constant_per_wheel": (1.7, 2.5)}
+"""Ratios of a given constant to one wheel's by radii and elastic constants at which the other of both is likelier."""
+LEAST_WHEELSET = 900.0
+"""Mass from which on a wheelset has two wheels for sure, kg."""
 STRENGTH = Usual("pressure", "MPa", (300, 4000), 10, 1e5)
 INERTIA = Usual("moment of inertia", "kg m^2", (50, 3e6), 0.1, 1e9)
+CREEP = {"friction": Usual("number", "", (0.05, 0.6), 1e-3, 2)}
 SUSPENSION = {
     "stiffness": Usual("stiffness", "MN/m", (0.1, 100), 1e-4, 1000),
     "damping": Usual("damping", "kN s/m", (1, 100), 1e-3, 1e4),
@@ -64,7 +103,10 @@ SUSPENSION = {
     "blow_off_force": Usual("force", "kN", (1, 50), 1e-3, 1000),
     "blow_off_damping": Usual("damping", "kN s/m", (0.1, 50), 1e-4, 1e4),
 }
-WHEEL_RADIUS = Usual("length", "m", (0.3, 0.65), 0.02, 2)
+WHEEL_RADIUS = Usual("length", "m", (0.3, 0.65), 0.02, 2, ((0.75, 1.3, DIAMETER), (750, 1300, f"{DIAMETER}, in mm")))
+NOISE = Usual("length", "mm", (1e-4, 0.1), 0.0, 5)
+SPEED = Usual("speed", "m/s", (1, 100), 0.0, 200, ((101, 200, ""),))
+"""Trains run up to 100 m/s; a number from there to 200 is one in km/h."""
 SEATS = {
     "spacing": Usual("length", "m", (0.5, 0.8), 0.05, 10),
     "pad_stiffness": Usual("stiffness", "MN/m", (20, 2000), 0.1, 1e5),
@@ -73,7 +115,7 @@ SEATS = {
 
 USUAL: dict[str, dict[str, Usual]] = {
     "Scenario": {
-        "speed": Usual("speed", "m/s", (1, 100), 0.0, 200),
+        "speed": SPEED,
         "duration": Usual("time", "s", (0.01, 600), 0.0, 1e5),
     },
     "Start": {
@@ -96,7 +138,7 @@ USUAL: dict[str, dict[str, Usual]] = {
     },
     "Slab": SEATS,
     "Ballasted": SEATS | {
-        "sleeper_mass": Usual("mass", "kg", (30, 250), 1, 1e4),
+        "sleeper_mass": Usual("mass", "kg", (30, 250), 1, 1e4, ((251, 700, WHOLE_SLEEPER),)),
         "ballast_stiffness": Usual("stiffness", "MN/m", (20, 500), 0.1, 1e5),
         "ballast_damping": Usual("damping", "kN s/m", (5, 500), 1e-3, 1e4),
         "sleeper_roll_inertia": Usual("moment of inertia", "kg m^2", (30, 300), 1, 1e4),
@@ -108,10 +150,13 @@ USUAL: dict[str, dict[str, Usual]] = {
         "bending_stiffness": Usual("bending stiffness", "MN m^2", (1, 10), 1e-4, 1e3),
         "shear_stiffness": Usual("force", "MN", (50, 500), 0.1, 1e5),
         "mass_per_length": Usual("mass per length", "kg/m", (20, 80), 0.5, 1000),
+        "rotary_inertia": Usual("inertia per length", "kg m", (0.02, 1), 1e-4, 100),
         "foot_distance": Usual("length", "mm", (50, 100), 1, 1000),
     },
     "HangingSleeper": {"void": Usual("length", "mm", (0.1, 5), 0.0, 50)},
-    "Linear": {"stiffness": Usual("stiffness", "MN/m", (500, 5000), 0.1, 1e6)},
+    "Linear": {
+        "stiffness": Usual("stiffness", "MN/m", (500, 5000), 0.1, 1e6, ((2e4, 1e6, NOT_LINEAR),)),
+    },
     "Hertz": ELASTIC | {
         "impact_speed": Usual("speed", "m/s", (0.01, 1), 0.0, 20),
         "hysteresis": Usual("time per length", "s/m", (0.01, 2), 0.0, 100),
@@ -120,12 +165,22 @@ USUAL: dict[str, dict[str, Usual]] = {
         "yield_force": Usual("force", "kN", (20, 400), 0.1, 1e4),
         "yield_strength": STRENGTH, "hardness": STRENGTH, "rail_hardness": STRENGTH, "wheel_hardness": STRENGTH,
     }),
+    "Law": {"largest": Usual("length", "mm", (0.02, 5), 0.0, 50)},
+    **dict.fromkeys(("Polach", "Fastsim", "KalkerLinear", "ShenHedrickElkins"), CREEP),
+    "Cones": {
+        "conicity": Usual("number", "", (0.01, 0.5), 0.0, 1), "arm": Usual("length", "m", (0.3, 1), 0.03, 5),
+    },
+    "WheelRail": {
+        "gauge": Usual("length", "m", (0.6, 1.7), 0.06, 10),
+        "flange_backs": Usual("length", "m", (0.5, 1.65), 0.05, 10),
+    },
     "Step": {"height": HEIGHT},
     "CosineBump": {"height": HEIGHT, "length": WAVE},
     "DippedJoint": {
         "depth": HEIGHT, "length": WAVE, "angle": Usual("angle", "mrad", (1, 30), 0.0, 200),
     },
-    "Weld": {"height": HEIGHT, "length": WAVE},
+    "Weld": {"height": HEIGHT, "length": WAVE, "noise": NOISE},
+    "Measured": {"noise": NOISE},
     "Spectrum": {
         "deviation": Usual("length", "mm", (0.3, 5), 0.0, 50),
         "patch": Usual("length", "mm", (2, 12), 0.1, 50),
@@ -135,8 +190,9 @@ USUAL: dict[str, dict[str, Usual]] = {
         "depth": Usual("length", "mm", (0.05, 3), 0.0, 20),
         "length": Usual("length", "mm", (10, 150), 0.1, 500),
     },
-    "OutOfRound": {"amplitudes": Usual("length", "mm", (0.005, 1), 0.0, 20)},
+    "OutOfRound": {"amplitudes": Usual("length", "mm", (0.005, 1), 0.0, 20), "noise": NOISE},
     "Repeated": {"period": WAVE},
+    "Wheelsets": {"positions": Usual("length", "m", (1, 30), 0.0, 500)},
     "Wagon": {"gravity": Usual("acceleration", "m/s^2", (9.7, 9.9), 0.1, 100)},
     "Body": {
         "mass": Usual("mass", "kg", (500, 1e5), 5, 1e6),
@@ -177,6 +233,21 @@ USUAL: dict[str, dict[str, Usual]] = {
         "deflection": Usual("length", "mm", (1, 100), 0.0, 1000),
         "force": Usual("force", "kN", (0.5, 1000), 0.03, 1e6),
     },
+    "Site": {
+        "spacing": SEATS["spacing"], "radius": WHEEL_RADIUS, "misfit": Usual("number", "", (0.001, 0.3), 0.0, 1),
+        "trigger": Usual("time", "ms", (0.001, 10), 0.0, 1000),
+    },
+    "Sensor": {
+        "x": Usual("length", "m", (0.1, 50), 0.0, 1000), "x1": Usual("length", "m", (0.1, 50), 0.0, 1000),
+        "gain": Usual("number", "", (0.8, 1.25), 0.08, 2.4, (
+            (1.7, 2.4, WHEEL_FOR_AXLE), (0.08, 0.6, AXLE_FOR_WHEEL), (400, 2500, KN_FOR_N), (4e-4, 2.5e-3, N_FOR_KN),
+        )),
+        "gain_uncertainty": Usual("number", "", (0.001, 0.2), 0.0, 0.5),
+        "rate": Usual("frequency", "kHz", (0.2, 200), 0.02, 2000),
+        "noise": Usual("acceleration noise density", "m/s^2/sqrt(Hz)", (1e-6, 0.1), 0.0, 10),
+        "range": Usual("acceleration", "m/s^2", (5, 1e4), 0.05, 1e6),
+        "cutoff": Usual("frequency", "Hz", (5, 2e4), 0.5, 1e6),
+    },
 }  # fmt: skip
 """Plausible values of the fields of each kind of noun. The limits are wide: models of wheels, decks and vehicles in the
 literature and on laboratory rigs lie within them."""
@@ -185,11 +256,42 @@ literature and on laboratory rigs lie within them."""
 def implausible_notes(scenario: Scenario) -> tuple[Note, ...]:
     """Return one note for each field of a scenario whose number is implausible: what it is, and what is usual."""
     way = scenario.speed * scenario.duration
-    return tuple(
-        _range_note(path, value, usual)
-        for where, noun in _judged_nouns(scenario)
-        for path, value, usual in (*_doubtful_numbers(where, noun), *_implausible_span(where, noun, way))
+    return (
+        *(
+            range_note(path, value, usual)
+            for where, noun in _judged_nouns(scenario)
+            for path, value, usual in (*_doubtful_numbers(where, noun), *_implausible_span(where, noun, way))
+        ),
+        *_constant_of_other_wheels(scenario),
     )
+
+
+def site_notes(site: Site) -> tuple[Note, ...]:
+    """Return notes on the implausible numbers of a site itself: one for each field, of its worst sensor."""
+    found = [*_doubtful_numbers("", site), *_doubtful_numbers("sensor", site.sensor)]
+    found += [
+        (f"uncertainty.{path}", share, UNCERTAINTY)
+        for path, share in site.uncertainty.items()
+        if not is_plausible(share, UNCERTAINTY)
+    ]
+    notes = [range_note(*one) for one in found]
+    fields: dict[str, list[tuple[str, float, Usual]]] = {}
+    for number, sensor in enumerate(site.sensors):
+        where = f"sensors.{number}"
+        own = [*_doubtful_numbers(where, sensor)]
+        if (
+            sensor.x1 is not None
+            and sensor.x2 is not None
+            and not is_plausible(sensor.x2 - sensor.x1, LENGTH_OF_SENSOR)
+        ):
+            own.append((f"the length of {where}", sensor.x2 - sensor.x1, LENGTH_OF_SENSOR))
+        for one in own:
+            fields.setdefault(re.sub(r"\d+", "", one[0]), []).append(one)
+    for several in fields.values():
+        note = range_note(*max(several, key=lambda one: _oddness(one[1], one[2])))
+        more = f" (the worst of {len(several)} such sensors)" if len(several) > 1 else ""
+        notes.append(note.reworded(f"{note}{more}"))
+    return tuple(notes)
 
 
 def doubts(scenario: Scenario) -> tuple[Note, ...]:
@@ -208,11 +310,10 @@ def implausible_cells(scenario: Scenario, changed: Mapping[str, FloatArray], cel
         usual = USUAL.get(type(nouns.get(where)).__name__, {}).get(field)
         if usual is None:
             continue
-        middle = UNITS[usual.dimension][usual.unit] * sqrt(usual.usual[0] * usual.usual[1])
-        doubted = [value for value in changed[path].tolist() if not _is_plausible(value, usual)]
+        doubted = [value for value in changed[path].tolist() if not is_plausible(value, usual)]
         if doubted:
-            worst = max(doubted, key=lambda value: abs(log(max(abs(value), 1e-300) / middle)))
-            notes.append(Shared(_range_note(path, worst, usual), len(doubted)))
+            worst = max(doubted, key=lambda value: _oddness(value, usual))
+            notes.append(Shared(range_note(path, worst, usual), len(doubted)))
     return tuple(notes)
 
 
@@ -231,6 +332,9 @@ def _judged_nouns(scenario: Scenario) -> Iterator[tuple[str, Noun]]:
         for i, anomaly in enumerate(scenario.track.anomalies):
             yield f"track.anomalies.{i}", anomaly
     yield "contact", scenario.contact
+    yield "profiles", scenario.profiles
+    if scenario.creep is not None:
+        yield "creep", scenario.creep
     places = scenario.irregularity if isinstance(scenario.irregularity, Placement) else {"": scenario.irregularity}
     for place, items in places.items():
         for i, item in enumerate(items):
@@ -250,7 +354,7 @@ def _doubtful_numbers(where: str, noun: Noun) -> Iterator[tuple[str, float, Usua
     for field, usual in USUAL.get(type(noun).__name__, {}).items():
         given = getattr(noun, field)
         values = given if isinstance(given, tuple) else () if given is None else (given,)
-        value = next((value for value in values if not _is_plausible(value, usual)), None)
+        value = next((value for value in values if not is_plausible(value, usual)), None)
         if value is not None:
             yield (f"{where}.{field}" if where else field), value, usual
 
@@ -258,22 +362,61 @@ def _doubtful_numbers(where: str, noun: Noun) -> Iterator[tuple[str, float, Usua
 def _implausible_span(where: str, noun: Noun, end: float) -> Iterator[tuple[str, float, Usual]]:
     """Return the span of samples, or of a user's function up to x = `end`, m, where it is implausible."""
     span = noun.span_given(end) if isinstance(noun, Irregularity) else None
-    if span is not None and not _is_plausible(span, SPAN):
+    if span is not None and not is_plausible(span, SPAN):
         yield f"the span of {where}'s heights", span, SPAN
 
 
-def _is_plausible(value: float, usual: Usual) -> bool:
-    factor = UNITS[usual.dimension][usual.unit]
-    size = abs(value) / factor
-    return size < NOTHING * usual.least or usual.least <= size <= usual.most
+def _constant_of_other_wheels(scenario: Scenario) -> Iterator[Note]:
+    """Return a note on a constant that is as large as one wheel's where a wheelset's is asked, or the other way round.
+
+    It puts nothing in doubt: a softer wheelset may be meant.
+    """
+    contact, plane = scenario.contact, getattr(scenario.vehicle, "plane", None)
+    if not isinstance(contact, ElasticContact) or contact.given is None or plane is None:
+        return
+    wheelset = plane.wheelsets[0]
+    if wheelset.wheels != 2 or wheelset.mass < LEAST_WHEELSET:
+        return
+    one = contact_constant(wheelset.radius, contact.rail_radius, contact.youngs_modulus, contact.poisson)
+    name = "constant" if contact.constant is not None else "constant_per_wheel"
+    share = contact.given / one
+    if (low_high := ONE_WHEEL.get(name)) and low_high[0] < share < low_high[1]:
+        asked, other = ("a wheelset", "constant_per_wheel") if name == "constant" else ("one wheel", "constant")
+        yield Note(
+            f"contact.{name} = {contact.given:.6g} N/m^1.5 is {share:.3g} times that of one wheel by radii and elastic "
+            f"constants, {one:.3g}, and here that of {asked} is asked; `{other}` is the other",
+            _cause_text(f"contact.{name}"),
+        )
 
 
-def _range_note(path: str, value: float, usual: Usual) -> Note:
-    si = si_unit(usual.dimension)
+def is_plausible(value: float, usual: Usual) -> bool:
+    """Return whether a number in SI units is neither beyond the limits nor likely another quantity."""
+    size = abs(value) / UNITS[usual.dimension][usual.unit]
+    if size == 0.0 or (usual.zero and size < NOTHING * usual.least):
+        return True
+    return usual.least <= size <= usual.most and _mixup(size, usual) is None
+
+
+def _mixup(size: float, usual: Usual) -> str | None:
+    return next((words for low, high, words in usual.mixups if low <= size <= high), None)
+
+
+def _oddness(value: float, usual: Usual) -> float:
+    """Return how far a number is from what is usual."""
+    middle = UNITS[usual.dimension][usual.unit] * sqrt(usual.usual[0] * usual.usual[1])
+    return abs(log(max(abs(value), 1e-300) / middle))
+
+
+def range_note(path: str, value: float, usual: Usual) -> Note:
+    """Return the note on an implausible number."""
+    si = f" {si_unit(usual.dimension)}".rstrip()
     low, high = usual.usual
-    meant = _meant_unit(abs(value), usual)
-    hint = f'; did you mean "{value:.6g} {meant}"?' if meant else ""
-    text = f"{path} = {value:.6g} {si} is implausible: usual are {low:g} to {high:g} {usual.unit}{hint}"
+    unit = f" {usual.unit}".rstrip()
+    meant = _meant(value, usual)
+    hint = f'; did you mean "{meant}"?' if meant else ""
+    words = _mixup(abs(value) / UNITS[usual.dimension][usual.unit], usual)
+    hint += f"; {words}" if words else ""
+    text = f"{path} = {value:.6g}{si} is implausible: usual are {low:g} to {high:g}{unit}{hint}"
     return Note(text, _cause_text(path), doubtful=True)
 
 
@@ -281,8 +424,19 @@ def _cause_text(path: str) -> str:
     return f"implausible {path}"
 
 
-def _meant_unit(value: float, usual: Usual) -> str:
-    """Return the metric unit with which a number would be usual; "" if there is none."""
-    units = UNITS[usual.dimension]
-    low, high = (bound * units[usual.unit] for bound in usual.usual)
-    return next((unit for unit, one in units.items() if unit not in IMPERIAL and low <= value * one <= high), "")
+def _meant(value: float, usual: Usual) -> str:
+    """Return a number as it was probably written, with the metric unit with which it would be usual; "" if none is.
+
+    It was written in SI units, or, where that number is too long for it, as a short one in another unit.
+    """
+    units = {unit: one for unit, one in UNITS[usual.dimension].items() if unit not in UNMEANT}
+    low, high = (bound * UNITS[usual.dimension][usual.unit] for bound in usual.usual)
+    written = [value, *(value / one for one in units.values())]
+    short = [
+        one for one in written if WRITTEN[0] <= abs(one) < WRITTEN[1] and abs(float(f"{one:.4g}") / one - 1) < 1e-9
+    ]
+    for number in (*short, value):
+        unit = next((unit for unit, one in units.items() if low <= abs(number) * one <= high), None)
+        if unit is not None:
+            return f"{number:.6g} {unit}".strip()
+    return ""

@@ -101,6 +101,10 @@ def converted_values(table: TextTable, *wanted: tuple[TextColumn, str, str]) -> 
     for column, dimension, base in wanted:
         if column.fault is not None:
             raise column.fault
+        word = column.name.split()[-1].casefold() if column.name.split() and not column.unit else ""
+        if word in _SCALED:
+            found = f"the name {column.name!r}, which is like the unit {word}"
+            raise InputError("", field, found, f"a unit in brackets, as in 'x [{word}]' or 'x [m]', or another name")
         other = next((c for c, _, _ in wanted if bool(c.unit) != bool(column.unit)), None)
         if other is not None:
             has, lacks = (column, other) if column.unit else (other, column)

@@ -43,6 +43,8 @@ from wheeltapper.ground.arguments import (
 from wheeltapper.ground.errors import InputError, with_suggestion
 from wheeltapper.ground.progress import Progress, progress_shown
 from wheeltapper.ground.shown import Shown
+from wheeltapper.lower.plausible import site_notes
+from wheeltapper.record.simulate import warn_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -207,6 +209,7 @@ def design_site(
         At Ctrl-C, with the best rail so far.
     """
     site, budget, seed = as_site(site), as_count(budget, "budget"), as_count(seed, "seed", 0)
+    warn_of(site_notes(site))  # other rails are tried: what the passage never meets now does not matter
     check_choice(criterion, "criterion", ("determinant", "worst interval"))
     check_flag(one_gauge, "one_gauge")
     passing = None if speeds is None else tuple(as_speeds(speeds))

@@ -29,8 +29,10 @@ from wheeltapper.diagnosis.wayside.vehicles import Vehicle, vehicles_of
 from wheeltapper.diagnosis.wayside.wheels import Side, imbalance, seats_of, sides_of, turn_between
 from wheeltapper.ground.arguments import as_list, as_quantity, check_choice, check_text
 from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.lower.plausible import site_notes
 from wheeltapper.record.limits.rule import Rule, Rules, as_rules
 from wheeltapper.record.recording import Recording
+from wheeltapper.record.simulate import warn_of
 
 STRIKES, NO_STRIKES, NO_FORCE = "strikes", "no strikes", "no force"
 """Verdicts on a wheel without a model."""
@@ -152,7 +154,7 @@ def _train(
             for axle in axles:
                 entry = _entry(axle, passage, sides, seats, site)
                 entries.append(entry | {"vehicle": number, "bogie": bogie})
-    notes = [note for pulses in several for note in pulses.channel.notes]
+    notes = [*site_notes(site), *(note for pulses in several for note in pulses.channel.notes)]
     alone = [str(one.axles[0] + 1) for one in vehicles if one.kind == "alone"]
     if alone and len(vehicles) > 1:
         notes.append(f"axles {', '.join(alone)}: by the distances in no vehicle; perhaps an axle beside them was lost")
@@ -290,7 +292,7 @@ def calibrated(
     -------
     Site
         Each sensor's `gain` is what it read over the truth, the mean of all these wheels; `gain_uncertainty` is the
-        standard error of that mean.
+        standard error of that mean. A `ModelWarning` says where gains are no gauge's, as of loads in another unit.
 
     Raises
     ------
@@ -324,7 +326,9 @@ def calibrated(
             raise InputError("", "loads", f"{len(seen)} known wheels on the sensor {one.name!r}", "2 or more")
         error = float(np.std(seen, ddof=1) / np.sqrt(len(seen)) / np.mean(seen))
         sensors.append(one.model_copy(update={"gain": one.gain * float(np.mean(seen)), "gain_uncertainty": error}))
-    return site.model_copy(update={"sensors": tuple(sensors)})
+    found = site.model_copy(update={"sensors": tuple(sensors)})
+    warn_of(site_notes(found))
+    return found
 
 
 def _length(sensor: Any) -> float:

@@ -5,6 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from wheeltapper.describe.track.supported import SupportedRail
+from wheeltapper.ground.errors import InputError
+
+LONGEST_SPACING = 10.0
+"""Longest distance of two seats, m. On longer ones the rail's near field is lost in rounding from seat to seat."""
 
 
 class Section(NamedTuple):
@@ -44,6 +48,8 @@ class Section(NamedTuple):
 def section_of(track: SupportedRail, rolling: bool = False) -> Section:
     """Return the numbers of a track; `rolling`: where its rails move against one another, so that sleepers roll."""
     rail = track.rail
+    if track.spacing > LONGEST_SPACING:
+        raise InputError("", "track.spacing", f"{track.spacing:g} m", f"at most {LONGEST_SPACING:g} m; usual are 0.6 m")
     return Section(
         rail.bending_stiffness, rail.shear_stiffness, rail.mass_per_length, rail.inertia, rail.damping, track.spacing,
         track.pad_stiffness, track.pad_damping, *(track.under_rolling_pads if rolling else track.under_pads),

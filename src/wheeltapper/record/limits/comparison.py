@@ -22,7 +22,7 @@ from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.unmet import unmet_notes
 from wheeltapper.record.contacts import SIDES
 from wheeltapper.record.filtering import checked_rate, low_passed, sliding_mean, usual_rate
-from wheeltapper.record.limits.rule import LATERAL, OF_FAULTS, QUANTITIES, VERIFY, Rule, Rules, as_rules
+from wheeltapper.record.limits.rule import LATERAL, OF_FAULTS, QUANTITIES, VERIFY, Rule, Rules, as_rules, rule_notes
 from wheeltapper.record.record import Record
 
 if TYPE_CHECKING:
@@ -203,13 +203,14 @@ def check(
     if not isinstance(record, Record):
         raise InputError("", "record", value_text(record), "a record: what `wheeltapper.simulate` returns")
     run, rows, left_out = _Run(record, rate), list[Compared](), list[tuple[str, str]]()
-    for rule in as_rules(rules, countries):
+    chosen = as_rules(rules, countries)
+    for rule in chosen:
         reason = run.missing_for(rule)
         if reason:
             left_out.append((rule.name, reason))
         else:
             rows.append(run.compared(rule))
-    return LimitCheck(tuple(rows), tuple(left_out), run.notes())
+    return LimitCheck(tuple(rows), tuple(left_out), (*run.notes(), *rule_notes(chosen)))
 
 
 class _Run:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from datetime import date
 from functools import cache
@@ -14,8 +14,10 @@ from typing import Any
 from wheeltapper.describe.scenario import toml_table
 from wheeltapper.ground.arguments import as_list, as_names, as_path
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
+from wheeltapper.ground.notes import Note
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.ground.shown import Shown
+from wheeltapper.lower.plausible import Usual, is_plausible, range_note
 
 VERIFY = "verify current edition"
 """What every rule says by default of itself: its figure is a copy of a document that changes."""
@@ -37,6 +39,22 @@ MEASURES = {
     "low_pass": "frequency", "sliding_mean": "length", "plus_static": "number",
 }  # fmt: skip
 """Fields of a rule that hold a positive quantity, and the dimension of each."""
+USUAL = {
+    "peak_force": Usual("force", "kN", (40, 1000), 1, 1e5), "dynamic_ratio": Usual("number", "", (1.1, 8), 0.1, 50),
+    "dynamic_increment": Usual("number", "", (0.1, 8), 0.01, 50),
+    "derailment_quotient": Usual("number", "", (0.5, 1.5), 0.05, 10),
+    "sum_of_guiding_forces": Usual("force", "kN", (5, 150), 0.1, 1e4),
+    "flat_length": Usual("length", "mm", (10, 150), 0.5, 500),
+    "out_of_roundness": Usual("length", "mm", (0.05, 3), 0.0, 20),
+}  # fmt: skip
+"""Usual limits of each quantity: those of the package's rules (`rules.toml`), with room."""
+USUAL_MEASURES = {
+    "diameter_above": Usual("length", "m", (0.3, 1.3), 0.03, 3),
+    "speed_above": Usual("speed", "km/h", (5, 360), 0.5, 720, ((364, 720, ""),)),
+    "low_pass": Usual("frequency", "Hz", (5, 2000), 0.5, 1e5),
+    "sliding_mean": Usual("length", "m", (0.1, 100), 0.01, 1e4),
+    "plus_static": Usual("number", "", (0.1, 3), 0.01, 10),
+}  # fmt: skip
 OF_FAULTS = ("flat_length", "out_of_roundness")
 """Quantities that the size of a fault gives; all others are forces, or ratios of forces."""
 
@@ -166,6 +184,26 @@ class Rule(Shown):
             field.name: value for field in fields(self) if not isinstance(value := getattr(self, field.name), float)
             or isfinite(value)
         }  # fmt: skip
+
+
+def rule_notes(rules: Sequence[Rule]) -> tuple[Note, ...]:
+    """Return one note for each implausible number of rules, as of a limit without its unit."""
+    given = [
+        (f"{field} of the rule {rule.name!r}", getattr(rule, field), usual)
+        for rule in rules
+        for field, usual in _judged_fields(rule)
+    ]
+    return tuple(range_note(*one) for one in given if isfinite(one[1]) and not is_plausible(one[1], one[2]))
+
+
+def _judged_fields(rule: Rule) -> Iterator[tuple[str, Usual]]:
+    usual = USUAL[rule.quantity]
+    if not rule.plus_static:  # otherwise it may be any share of what is allowed
+        yield "limit", usual
+    yield "at_most", usual
+    yield from USUAL_MEASURES.items()
+    yield "diameter_up_to", USUAL_MEASURES["diameter_above"]
+    yield "speed_up_to", USUAL_MEASURES["speed_above"]
 
 
 Rules = str | Path | Sequence[Rule] | None
