@@ -75,6 +75,8 @@ def test_a_wrong_scenario_is_refused_with_one_message(tmp_path, capsys, old, new
         (b"x [m];z [mm]\n1,500;0.01\n2,500;0.02\n3,500;0.03\n", ("line 2, x", "'1,500'", "follow a point")),
         (b"x [m];z\n0;0\n1;0\n2;0\n3;0\n", ("line 1, header", "no unit of 'z', and m of 'x'", "[mm]")),
         (b"x [m];z [deg]\n0;0\n1;0\n2;0\n3;0\n", ("line 1, header", "'deg' of 'z'", "a unit of length")),
+        (b"Km;z\n0;0\n1;0\n2;0\n3;0\n", ("line 1, header", "'Km', which is like the unit km", "'x [km]' or 'x [m]'")),
+        (b"station KM;z\n0;0\n1;0\n2;0\n3;0\n", ("line 1, header", "'station KM'", "a unit in brackets")),
         (b"# all in mm\nx;z\n0;0\n1;0\n2;0\n3;0\n", ("line 1", "the unit mm in 'all in mm'", "header")),
         (b"No;x [m];z [m]\n0;0;1\n1;1;0\n2;2;0\n3;3;0\n", ("columns", "3 columns", "No, x, z")),
         (b"x [m],z [m]\n0,0\n1,0,0\n2,0\n3,0\n", ("line 3", "3 values", "allowed: 2")),

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from tests.wayside import plain_train
 from wheeltapper.describe.noun import nouns_by_name
 from wheeltapper.describe.track.published import track_names
 from wheeltapper.ground.quantities import UNITS, si_unit
-from wheeltapper.lower.plausible import USUAL, implausible_cells, implausible_notes
+from wheeltapper.lower.plausible import USUAL, implausible_cells, implausible_notes, site_notes
+from wheeltapper.record.limits.rule import rule_notes
 from wheeltapper.record.simulate import ModelWarning
 
 ROOT = Path(__file__).parents[2]
@@ -81,6 +83,163 @@ def test_an_implausible_number_is_doubted_in_one_note(changes, parts):
     assert "\n" not in notes[0]
     for part in (*parts, "is implausible: usual are"):
         assert part in notes[0]
+
+
+LINEAR_OR_COMPLIANCE = ("a linear stiffness in N/m is another quantity, and so is a compliance G in m/N^(2/3)",)
+HALF = ("half of a sleeper is asked",)
+RADIUS = ("the radius is asked, not the diameter",)
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        # W. Zhai, K. Wang, C. Cai, Vehicle System Dynamics 47 (2009): G = 4.57e-8 R^-0.149, 5.13e-8 at 0.46 m
+        *(
+            ({"contact": wt.Hertz(constant=value)}, LINEAR_OR_COMPLIANCE)
+            for value in (1.4e9, 9.1e-7, 5.13e-8, 5.0, 9e9)
+        ),
+        ({"contact": wt.Hertz(constant_per_wheel=1.4e9)}, LINEAR_OR_COMPLIANCE),
+        ({"contact": wt.contact.Thornton(constant_per_wheel=5.13e-8)}, LINEAR_OR_COMPLIANCE),
+        ({"contact": wt.contact.Linear(stiffness=1.405e11)}, ("Hertz's constant in N/m^1.5 is another quantity",)),
+        ({"track": LINE.model_copy(update={"sleeper_mass": 300.0})}, HALF),
+        ({"track": LINE.model_copy(update={"spacing": 600.0})}, ("track.spacing = 600 m", '"600 mm"')),
+        (wheelset(radius=920), RADIUS),
+        (wheelset(radius=0.92), RADIUS),
+        ({"speed": "120"}, ("speed = 120 m/s", '"120 km/h"')),
+    ],
+)
+def test_a_number_of_another_quantity_is_doubted_even_where_it_is_possible(changes, parts):
+    (note,) = implausible_notes(scene(**changes))
+    assert note.doubtful
+    for part in (*parts, "is implausible: usual are"):
+        assert part in note
+
+
+@pytest.mark.parametrize(
+    ("changes", "meant"),
+    [
+        (wheelset(radius="0.46 mm"), "0.46 m"),
+        (wheelset(radius="460 um"), "0.46 m"),
+        (wheelset(mass="1.2 g"), "1.2 t"),
+        ({"track": LINE.model_copy(update={"pad_stiffness": 90e3})}, "90 MN/m"),  # of "90 kN/m"
+        ({"track": LINE.model_copy(update={"spacing": 6e-4})}, "0.6 m"),
+        ({"track": LINE.model_copy(update={"spacing": 0.04})}, None),  # and not 0.04 km
+        ({"duration": 1e6}, None),
+    ],
+)
+def test_a_hint_keeps_the_number_as_it_was_written_or_there_is_none(changes, meant):
+    (note,) = implausible_notes(scene(**changes))
+    assert note.rpartition("did you mean ")[2] == f'"{meant}"?' if meant else "did you mean" not in note
+
+
+@pytest.mark.parametrize(
+    ("contact", "vehicle", "other"),
+    [
+        (wt.Hertz(constant=9.41e10), WHEEL, "`constant_per_wheel` is the other"),
+        (wt.Hertz(constant_per_wheel=1.882e11), WHEEL, "`constant` is the other"),
+        (wt.Hertz(constant=1.405e11), WHEEL, None),  # the paper's
+        (wt.Hertz(constant=1.882e11), WHEEL, None),
+        (wt.Hertz(constant_per_wheel=9.41e10), WHEEL, None),
+        (wt.Hertz(constant=9.41e10), WHEEL.model_copy(update={"wheels": 1}), None),
+        (wt.Hertz(constant=9.41e10), WHEEL.model_copy(update={"mass": 600.0}), None),
+    ],
+)
+def test_a_constant_of_one_wheel_for_a_wheelset_is_told_and_not_warned_of(contact, vehicle, other):
+    # Hertz (1882): one wheel of 0.46 m on a crown of 0.3 m has 9.41e10 N/m^1.5 (docs/theory/contact.rst, section 3.1)
+    notes = implausible_notes(scene(contact=contact, vehicle=vehicle))
+    assert len(notes) == (other is not None)
+    assert other is None or (notes[0].endswith(other) and not notes[0].doubtful)
+
+
+def test_seats_too_far_apart_to_be_computed_are_refused_in_a_line():
+    far = scene(track=LINE.model_copy(update={"spacing": 600.0}), irregularity=())
+    with pytest.raises(wt.InputError, match=r"^track\.spacing: found 600 m; allowed: at most 10 m; usual are 0\.6 m$"):
+        wt.simulate(far)
+    with pytest.raises(wt.InputError, match=r"track\.spacing: found 600 m"):
+        wt.tracks.decay_rate(far.track, [100.0])
+
+
+# -- sites and rules --------------------------------------------------------------------------------------------------
+
+
+def gauges(change=None, **more):
+    given = [
+        {"kind": "rail shear force", "name": f"{side} {i}", "x1": 0.1 + 0.6 * i, "x2": 0.5 + 0.6 * i, "side": side}
+        for side in ("left", "right")
+        for i in range(2)
+    ]
+    given[0] |= change or {}
+    return wt.diagnosis.Site(**({"sensors": given, "spacing": 0.6, "radius": 0.46} | more))
+
+
+@pytest.mark.parametrize(
+    ("site", "parts"),
+    [
+        (gauges(), None),
+        (gauges(radius=920), ("radius = 920 m", *RADIUS)),
+        (gauges(spacing=600), ("spacing = 600 m", '"600 mm"')),
+        (gauges({"x1": 0, "x2": 500}), ("the length of sensors.0 = 500 m", '"500 mm"')),
+        (gauges({"gain": 10}), ("sensors.0.gain = 10", "usual are 0.8 to 1.25")),
+        (gauges({"gain": 1048.0}), ("loads in kN taken for N",)),
+        (gauges({"gain": 2.10}), ("a load of one wheel taken for that of an axle",)),
+        (gauges({"gain": 0.5}), ("a load of an axle taken for that of each wheel",)),
+        (gauges({"gain_uncertainty": 5}), ("sensors.0.gain_uncertainty = 5", '"5 %"')),
+        (gauges({"rate": 5}), ("sensors.0.rate = 5 Hz", '"5 kHz"')),
+        (gauges({"kind": "pad force", "x1": None, "x2": None, "x": 12_340.0}), ("sensors.0.x = 12340 m",)),
+    ],
+)
+def test_the_numbers_of_a_site_are_doubted_in_one_note(site, parts):
+    notes = site_notes(site)
+    assert len(notes) == (parts is not None)
+    for part in parts or ():
+        assert part in notes[0]
+
+
+def test_the_examples_sites_are_plausible():
+    assert site_notes(wt.diagnosis.Site.from_toml(ROOT / "examples" / "detector.toml")) == ()
+    assert site_notes(wt.diagnosis.Site.from_toml(ROOT / "examples" / "site.toml")) == ()
+
+
+def test_a_train_says_what_is_doubtful_in_its_site_and_its_rules_and_calibration_warns():
+    site = gauges({"gain": 1.02}, radius=920)
+    recordings = {
+        name: wt.diagnosis.Recording(samples, 10e3, "force") for name, samples in plain_train(site.sensors).items()
+    }
+    rule = wt.limits.Rule("ours", "peak_force", 350, "stop")
+    (train,) = wt.diagnosis.measure_trains(recordings, site, rules=[rule])
+    for part in ("radius = 920 m is implausible", "limit of the rule 'ours' = 350 N is implausible"):
+        assert part in str(train)
+        assert any(part in note for note in train.to_dict()["notes"])
+    axles = [one["static_force"] for one in train.axles]
+    right = gauges()
+    loads = dict(enumerate(axles, 1))
+    for share, told in ((1e-3, "loads in kN"), (0.5, "a load of one wheel"), (2.0, "a load of an axle")):
+        wrong = {number: share * load for number, load in loads.items()}
+        with pytest.warns(ModelWarning, match=rf"gain = .*{told}.*the worst of 4 such sensors"):
+            wt.diagnosis.calibrated(right, train, wrong)
+    wt.diagnosis.calibrated(right, train, loads)  # and a warning would be an error
+
+
+@pytest.mark.parametrize(
+    ("quantity", "limit", "more", "told"),
+    [
+        ("peak_force", 350, {}, "limit of the rule 'ours' = 350 N is implausible: usual are 40 to 1000 kN"),
+        ("peak_force", "350 kN", {}, None),
+        ("flat_length", 60, {}, 'did you mean "60 mm"?'),
+        ("dynamic_ratio", 300, {}, 'did you mean "300 %"?'),
+        ("peak_force", "90 kN", {"plus_static": 1.0, "at_most": 200}, "at_most of the rule 'ours' = 200 N"),
+        ("peak_force", "90 kN", {"speed_up_to": 120}, 'did you mean "120 km/h"?'),
+        ("peak_force", "90 kN", {"diameter_above": 840}, 'did you mean "840 mm"?'),
+    ],
+)
+def test_the_numbers_of_a_rule_are_doubted_in_one_note(quantity, limit, more, told):
+    notes = rule_notes([wt.limits.Rule("ours", quantity, limit, "stop", **more)])
+    assert len(notes) == (told is not None)
+    assert told is None or told in notes[0]
+
+
+def test_the_packages_rules_are_plausible():
+    assert rule_notes(wt.limits.read_rules()) == ()
 
 
 def test_the_parts_of_a_wagon_are_doubted_by_name():
@@ -188,7 +347,11 @@ def test_the_table_names_fields_that_exist_and_usual_numbers_are_plausible():
         assert set(fields) <= set(nouns_by_name()[kind].model_fields)
         for usual in fields.values():
             assert usual.unit in UNITS[usual.dimension]
-            assert si_unit(usual.dimension)
+            assert usual.dimension == "number" or si_unit(usual.dimension)
+            assert all(low < high for low, high, _ in usual.mixups)
+            assert not any(
+                low <= usual.usual[0] <= high or low <= usual.usual[1] <= high for low, high, _ in usual.mixups
+            )
             assert usual.least <= usual.usual[0] / 10 < usual.usual[1] * 1.9 <= usual.most
 
 

@@ -55,8 +55,8 @@ class Usual(NamedTuple):
 NOTHING = 1e-6
 """A number below this share of the least plausible value stands for zero on purpose, and is accepted without a
 warning."""
-UNMEANT = ("in", "inch", "lb", "kip", "lbf", "mph", "nm", "km")
-"""Units that no hint proposes: another metric unit is likelier, and no part is so small or so long."""
+UNMEANT = ("in", "inch", "lb", "kip", "lbf", "mph", "nm", "km", "us", "µs")
+"""Units that no hint proposes: another metric unit is likelier, and nothing here is so small, long or short."""
 WRITTEN = (0.01, 1000.0)
 """Sizes of a number as people write it: with a unit that makes it so."""
 HEIGHT = Usual("length", "mm", (0.01, 5), 0.0, 50)
@@ -431,12 +431,12 @@ def _meant(value: float, usual: Usual) -> str:
     """
     units = {unit: one for unit, one in UNITS[usual.dimension].items() if unit not in UNMEANT}
     low, high = (bound * UNITS[usual.dimension][usual.unit] for bound in usual.usual)
-    written = [value, *(value / one for one in units.values())]
-    short = [
-        one for one in written if WRITTEN[0] <= abs(one) < WRITTEN[1] and abs(float(f"{one:.4g}") / one - 1) < 1e-9
-    ]
-    for number in (*short, value):
-        unit = next((unit for unit, one in units.items() if low <= abs(number) * one <= high), None)
-        if unit is not None:
-            return f"{number:.6g} {unit}".strip()
-    return ""
+    written = [number for number in (value, *(value / one for one in units.values())) if _is_short(number)]
+    numbers = [value] if value in written else [*written, value]
+    found = [(number, unit) for number in numbers for unit, one in units.items() if low <= abs(number) * one <= high]
+    first = next((one for one in found if one[1] == usual.unit and one[0] != value), next(iter(found), None))
+    return "" if first is None else f"{first[0]:.6g} {first[1]}".strip()
+
+
+def _is_short(number: float) -> bool:
+    return WRITTEN[0] <= abs(number) < WRITTEN[1] and abs(float(f"{number:.4g}") / number - 1.0) < 1e-9
