@@ -322,7 +322,7 @@ def test_a_duration_that_is_refused_is_not_doubted_too(vehicle):
 
 def test_a_record_holds_the_doubts_and_warns_of_them(tmp_path):
     with pytest.warns(ModelWarning, match=r'depth = 0\.1 m .* did you mean "0\.1 mm"') as caught:
-        record = wt.simulate(scene(irregularity=wt.WheelFlat(depth=0.1, position=0.1)))
+        record = wt.simulate(scene(irregularity=wt.WheelFlat(depth=0.1, position=0.3)))
     assert [one.filename for one in caught] == [__file__]
     assert len(record.notes) == 1
     record.save(tmp_path / "record.nc")
