@@ -52,9 +52,13 @@ def computed_by_records(asked: Study, changed: dict[str, FloatArray], threads: i
             refusals[cell] = error
             notes[cell] = (Note(f"cannot be computed: {error}", "refused"),)
             return
+        said = list(record.notes)
         for row, feature in zip(values, asked.features, strict=True):
-            row[..., cell] = feature(record).values
-        status[cell], notes[cell] = STATUS_OF_MARCH[record._march.status], record.notes
+            found, more = feature.of_record(record)
+            row[..., cell] = found.values
+            said.extend(more)
+        status[cell] = STATUS_OF_MARCH[record._march.status]
+        notes[cell] = tuple(one.note for one in shared_notes(Shared(note, 1) for note in said))
 
     count = progress_counter("cells", cells)
     side_by_side(read_cell, range(cells), threads, lambda: count(1))

@@ -219,24 +219,29 @@ def _set_end(asked: Study, numbers: FloatArray) -> None:
 
 
 def _computed_values(asked: Study, many: LoweredCells, threads: int) -> ComputedCells:
-    from wheeltapper.record.trains import Trains
+    from wheeltapper.record.trains import Trains, notes_of_cells
 
     if not run.cells_are_ready(many.cells, asked.needs_tally):
         say_that_it_compiles()
     total = len(many.cells.first)
     values, status = np.empty((len(asked.features), total)), np.empty(total, dtype=np.int64)
+    said: list[Shared] = []
 
     def read_block(block: slice, marched: Marched) -> None:
         trains = Trains(marched, many.units.part(block), *others_of(many, block))
         for row, feature in zip(values, asked.features, strict=True):
             row[block] = feature(trains)
+        said.extend(notes_of_cells(trains.notes))
         status[block] = STATUS_OF_MARCH[marched.status]
         count(block.stop - block.start)
 
     count = progress_counter("cells", total)
     run.march_cells(many.cells, threads, read_block, asked.needs_tally)
     empty = np.empty((len(asked.features), 0, total))
-    return ComputedCells(values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan), many.notes)
+    return ComputedCells(
+        values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan),
+        shared_notes((*many.notes, *said)),
+    )  # fmt: skip
 
 
 class Others(NamedTuple):
@@ -246,6 +251,7 @@ class Others(NamedTuple):
     growth: Callable[[int], Growth]
     meets: Callable[[float], FloatArray]
     force_histories: Callable[[float], Iterable[FloatArray]]
+    at_rest: bool
 
 
 def others_of(many: LoweredCells, block: slice) -> Others:
@@ -271,6 +277,7 @@ def others_of(many: LoweredCells, block: slice) -> Others:
     return Others(
         cache(lambda: balanced.missing_parts(many.program(cell) for cell in cells)),
         cache(lambda waves: growth_of(many.scenario, changed, many.method, waves)), meets, force_histories,
+        isinstance(many.scenario.start, str),
     )  # fmt: skip
 
 
@@ -283,5 +290,6 @@ def _computed_gradients(asked: Study, many: LoweredCells, threads: int) -> Compu
         found.gentlest < GENTLE, GRAZING, np.where(found.amplification > asked.chaos_limit, NEAR_CHAOTIC, EXACT)
     )
     return ComputedCells(
-        found.values, STATUS_OF_MARCH[found.status], found.gradient, trust, found.amplification, many.notes
-    )
+        found.values, STATUS_OF_MARCH[found.status], found.gradient, trust, found.amplification,
+        shared_notes((*many.notes, *found.notes)),
+    )  # fmt: skip

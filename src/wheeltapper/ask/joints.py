@@ -29,6 +29,7 @@ from wheeltapper.lower.track.section import section_of
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.features.forces import largest_force
 from wheeltapper.record.features.joint import P1, P2
+from wheeltapper.record.filtering import checked_filter, settling_time
 from wheeltapper.record.labels import JOINT_TITLE
 from wheeltapper.record.simulate import Method, simulate
 
@@ -129,7 +130,7 @@ def joint_forces(
     """Return P1 and P2 of a dipped joint over speed by the exact march, beside the formulas of Jenkins and others.
 
     At each speed the joint lies so far ahead, by whole bays, that the start has died away before it; the run ends 0.1 s
-    after it.
+    after it, later for a slow filter: two of its settling times.
 
     Parameters
     ----------
@@ -159,7 +160,7 @@ def joint_forces(
     import xarray as xr
 
     scene, V = as_scenario(scenario), _speeds(speed)
-    second = P2(cutoff, order)
+    second, after = P2(cutoff, order), max(AFTER, 2.0 * settling_time(*checked_filter(cutoff, order)))
     met = scene.irregularities
     if len(met) != 1 or not isinstance(met[0], DippedJoint):
         found = " and ".join(type(item).__name__ for item in met) or "none"
@@ -177,7 +178,7 @@ def joint_forces(
             ahead = max(BEFORE * v + 0.5 * joint.length - joint.position, 0.0)
             placed = joint.moved(ceil(ahead / scene.track.spacing - 1e-9) * float(scene.track.spacing))
             last = min(getattr(scene.vehicle, "positions", (0.0,)))  # of the wheelset that meets the joint last
-            duration = (placed.position + 0.5 * joint.length - last) / v + AFTER
+            duration = (placed.position + 0.5 * joint.length - last) / v + after
             record = simulate(scene.replaced({"speed": float(v), "duration": duration, "irregularity": placed}), method)
             losses = record.events.where(record.events.kind == "loss", drop=True)
             count = record.static_forces * 0 + losses.sizes["event"]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.cells import STATUS_OF_MARCH, ComputedCells, last_events
+from wheeltapper.ground.notes import Shared, shared_notes
 from wheeltapper.ground.progress import progress_counter
 from wheeltapper.lower.cells_on_rails import CellsOnRails
 from wheeltapper.lower.numbers import Units
@@ -17,7 +18,7 @@ from wheeltapper.march import run
 from wheeltapper.record.growth import Growth
 from wheeltapper.record.record_trains import missing_energy_of
 from wheeltapper.record.simulate import say_that_it_compiles
-from wheeltapper.record.trains import Trains
+from wheeltapper.record.trains import Trains, notes_of_cells
 
 if TYPE_CHECKING:
     from wheeltapper.ask.study import Study
@@ -43,19 +44,22 @@ def computed_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int
         say_that_it_compiles(run.GENERAL.name)
     values = np.empty((len(asked.features), *asked.wheel_shape, many.cells))
     status = np.empty(many.cells, dtype=np.int64)
-    count = progress_counter("cells", many.cells)
+    count, said = progress_counter("cells", many.cells), list[Shared]()
 
     def read_block(numbers: IntArray, marched: MarchedCells) -> None:
         trains = trains_of(many, numbers, marched)
         for row, feature in zip(values, asked.features, strict=True):
             row[..., numbers] = feature(trains).reshape(len(numbers), *asked.wheel_shape).T
+        said.extend(notes_of_cells(trains.notes, trains.cell_count // len(numbers)))
         status[numbers] = STATUS_OF_MARCH[marched.status]
         count(len(numbers))
 
     def read_cell(number: int, marched: MarchedAlone) -> None:
         record = _record(many, number, marched)
         for row, feature in zip(values, asked.features, strict=True):
-            row[..., number] = feature(record).values
+            found, notes = feature.of_record(record)
+            row[..., number] = found.values
+            said.extend(Shared(note, 1) for note in notes)
         status[number] = STATUS_OF_MARCH[marched.status]
         count(1)
 
@@ -65,8 +69,9 @@ def computed_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int
         run.march_tasks(many.tasks, threads, read_block, *last_events(asked))
     empty = np.empty((len(asked.features), 0, many.cells))
     return ComputedCells(
-        values, status, empty, np.zeros(many.cells, dtype=np.int64), np.full(many.cells, np.nan), many.notes
-    )
+        values, status, empty, np.zeros(many.cells, dtype=np.int64), np.full(many.cells, np.nan),
+        shared_notes((*many.notes, *said)),
+    )  # fmt: skip
 
 
 def _record(many: CellsOnRails, number: int, marched: MarchedAlone) -> Record:
@@ -127,8 +132,9 @@ def trains_of(many: CellsOnRails, numbers: IntArray, marched: MarchedCells) -> T
         return of_each(lambda record: np.full(wheels, missing_energy_of(record)))
 
     return Trains(
-        found, units, missing_energy, lambda waves: Growth(np.nan * one, np.nan * one), meets, force_histories
-    )
+        found, units, missing_energy, lambda waves: Growth(np.nan * one, np.nan * one), meets, force_histories,
+        isinstance(many.scenario.start, str),
+    )  # fmt: skip
 
 
 def _impacts_before(of_hit: IntArray, hits: FloatArray, of_peak: IntArray, peaks: FloatArray) -> FloatArray:

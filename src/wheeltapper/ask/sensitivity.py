@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.cells import others_of
+from wheeltapper.ground.notes import Note, Shared
 from wheeltapper.ground.progress import progress_counter
 from wheeltapper.lower.many import EPSILON, Direction, LoweredCells
 from wheeltapper.lower.table import used_degree
@@ -43,6 +44,8 @@ class FeatureSlopes:
         (cells,) smallest indentation rate at an event, scaled; near zero the cell grazes.
     amplification
         (cells,) growth of a small change of the start until the last feature is known.
+    notes
+        What the features say.
     """
 
     values: FloatArray
@@ -50,6 +53,7 @@ class FeatureSlopes:
     status: IntArray
     gentlest: FloatArray
     amplification: FloatArray
+    notes: list[Shared]
 
 
 def feature_slopes(
@@ -61,7 +65,7 @@ def feature_slopes(
     groups = [parameters[i : i + PARAMETERS] for i in range(0, len(parameters), PARAMETERS)]
     parts = [_slopes_of_block(many, group, features, threads) for group in groups]
     gradient = np.concatenate([part.gradient for part in parts], axis=1)
-    return FeatureSlopes(parts[0].values, gradient, parts[0].status, parts[0].gentlest, parts[0].amplification)
+    return replace(parts[0], gradient=gradient)
 
 
 def is_ready(many: LoweredCells, parameters: tuple[str, ...], tally: bool) -> bool:
@@ -100,7 +104,7 @@ def turns_of(many: LoweredCells, directions: list[Direction]) -> tuple[Cells, Ce
 def _slopes_of_block(
     many: LoweredCells, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int
 ) -> FeatureSlopes:
-    from wheeltapper.record.trains import Trains
+    from wheeltapper.record.trains import Trains, notes_of_cells
 
     directions = [many.direction_along(path) for path in parameters]
     cells, turns = turns_of(many, directions)
@@ -110,13 +114,13 @@ def _slopes_of_block(
     total = len(many.cells.first)
     out = FeatureSlopes(
         np.empty((len(features), total)), np.empty((len(features), len(parameters), total)),
-        np.empty(total, dtype=np.int64), np.empty(total), np.empty(total),
+        np.empty(total, dtype=np.int64), np.empty(total), np.empty(total), [],
     )  # fmt: skip
 
     def read_block(block: slice, marched: Marched, tangents: Tangents) -> None:
         out.status[block], out.gentlest[block] = marched.status, tangents.gentlest
         out.amplification[block] = tangents.amplification
-        others = others_of(many, block)
+        others, said = others_of(many, block), list[tuple[int, Note]]()
         for lane, direction in enumerate(directions):
             rates = Rates.along(tangents, lane)
             units = direction.units.part(block)
@@ -124,10 +128,12 @@ def _slopes_of_block(
             def tilted(
                 gap: float, rates: Rates = rates, direction: Direction = direction, units: Any = units
             ) -> Trains:
-                return Trains(_with_imaginary_rates(marched, rates.known(gap), direction, block), units, *others)
+                with_rates = _with_imaginary_rates(marched, rates.known(gap), direction, block)
+                return Trains(with_rates, units, *others, said)
 
             for row, (values, slope) in enumerate(derivatives(features, tilted, rates.has_gaps)):
                 out.values[row, block], out.gradient[row, lane, block] = values, slope
+        out.notes.extend(notes_of_cells(said))
         count(block.stop - block.start)
 
     count = progress_counter("cells", total)

@@ -25,7 +25,7 @@ from wheeltapper.record.kinds import kind_of
 from wheeltapper.record.record import Record
 from wheeltapper.record.record_trains import trains_of
 from wheeltapper.record.simulate import say_that_it_compiles, side_by_side
-from wheeltapper.record.trains import Trains
+from wheeltapper.record.trains import Trains, notes_of_cells
 
 if TYPE_CHECKING:
     from wheeltapper.lower.on_rails import LoweredOnRails
@@ -92,7 +92,10 @@ def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:
     return ComputedCells(
         values.reshape(len(asked.features), *each), status_of.STATUS_OF_MARCH[[marched.status]],
         gradient.reshape(len(asked.features), len(turns), *each), np.array([trust]), np.array([amplification]),
-        tuple(Shared(note, 1) for note in (*record.notes, *(_unknown_note(*one) for one in unknown.items()))),
+        (
+            *(Shared(note, 1) for note in (*record.notes, *(_unknown_note(*one) for one in unknown.items()))),
+            *notes_of_cells(trains.notes, wheels),
+        ),
     )  # fmt: skip
 
 

@@ -205,7 +205,7 @@ def draw_guidance(found: xr.Dataset) -> Figure:
     figure = Figure(figsize=(12.0, 8.5))
     axes = figure.subplots(3, 2, sharex=True)
     for axis, (name, label) in zip(axes.T.flat, Y_LABELS.items(), strict=True):
-        values = found[name].sum("surface") if name == "t_gamma" else found[name]
+        values = found[name].sum("surface", skipna=False) if name == "t_gamma" else found[name]
         for number, wheelset in enumerate(found.wheelset.values):
             for side in found.side.values if "side" in values.dims else [None]:
                 one = values.sel(wheelset=wheelset) if side is None else values.sel(wheelset=wheelset, side=side)
@@ -236,7 +236,7 @@ def draw_running_safety(found: xr.Dataset) -> Figure:
     axes = figure.subplots(3, 2)
     wheels = [f"{wheelset}{str(side)[0].upper()}" for wheelset in found.wheelset.values for side in found.side.values]
     for axis, (name, label) in zip(axes.T.flat, Y_LABELS.items(), strict=True):
-        values = found[name].sum("surface") if name == "t_gamma" else found[name]
+        values = found[name].sum("surface", skipna=False) if name == "t_gamma" else found[name]
         scale = 1e-3 if "kN" in label else 1.0
         rows = values.transpose("statistic", ...).values.reshape(values.sizes["statistic"], -1) * scale
         rows = np.minimum(rows, LARGEST) if "ratio" in label else rows

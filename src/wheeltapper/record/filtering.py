@@ -1,14 +1,20 @@
-"""Low-pass filters without phase, and sliding means, of sampled forces."""
+"""Low-pass filters without phase, and sliding means, of sampled forces; what of them is a reading.
+
+A filter without phase takes as much of what follows as of what came before. What follows the end of a run is not known:
+an event may be cut, or begin just behind it. So readings end one settling time before the end of the run. A run that
+starts in equilibrium was in it before, and is read from its beginning (docs/decisions/0042-ends-of-filters.md).
+"""
 
 from __future__ import annotations
 
-from math import atan, pi, tan
+from math import atan, ceil, log, pi, sin, tan
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ground.arguments import as_count, as_quantity
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.notes import Note
 
 FloatArray = NDArray[np.float64]
 PER_PERIOD = 100.0
@@ -17,6 +23,13 @@ LEAST_PER_PERIOD = 10.0
 """Samples in a period that may be asked for."""
 SLOWEST = 20e3
 """Samples per second, at least: impacts last about a millisecond, and what is sampled too coarsely folds back."""
+
+PADDED = 2.0
+"""Settling times of samples that are put before and behind those that are filtered."""
+REMAINS = 0.002
+"""Largest weight of all that is farther away than the settling time, on one side."""
+STANDS_OUT, NEGLIGIBLE = 0.1, 1e-3
+"""Shares of the range of the readings, and of the largest force, by which a value must exceed them to stand out."""
 
 
 def usual_rate(cutoff: float) -> float:
@@ -32,7 +45,7 @@ def checked_filter(cutoff: float | str, order: int) -> tuple[float, int]:
     return as_quantity(cutoff, "cutoff", "frequency"), order
 
 
-def low_passed(samples: FloatArray, rate: float, cutoff: float, order: int = 4) -> FloatArray:
+def low_passed(samples: FloatArray, rate: float, cutoff: float, order: int = 4, *, at_rest: bool = False) -> FloatArray:
     """Return samples (along the first axis) after a Butterworth filter without phase.
 
     A filter of half the order runs forwards and backwards, so that |H|² = 1/(1 + (f/f_c)^order) is what is left of an
@@ -50,19 +63,79 @@ def low_passed(samples: FloatArray, rate: float, cutoff: float, order: int = 4) 
         Frequency of -3 dB, Hz.
     order
         An even number.
+    at_rest
+        Whether the first value held before. Beyond the other end, and before where this is False, the samples are
+        mirrored: a guess, in which a force goes on around its mean.
     """
     from scipy.signal import butter, sosfiltfilt
 
-    corner = atan(tan(pi * cutoff / rate) * (2.0**0.5 - 1.0) ** (-1.0 / order)) * rate / pi
-    sections = butter(order // 2, corner, fs=rate, output="sos")
-    before = min(len(samples) - 1, int(2.0 * rate / cutoff))  # the first and the last force hold on beyond the ends
-    return np.asarray(sosfiltfilt(sections, samples, axis=0, padtype="constant", padlen=before))
+    sections = butter(order // 2, _corner(rate, cutoff, order), fs=rate, output="sos")
+    beyond = min(len(samples), ceil(PADDED * settling_time(cutoff, order) * rate))
+    before = np.repeat(samples[:1], beyond, axis=0) if at_rest else samples[:beyond][::-1]
+    padded = np.concatenate([before, samples, samples[len(samples) - beyond :][::-1]])
+    return np.asarray(sosfiltfilt(sections, padded, axis=0, padlen=0))[beyond : beyond + len(samples)]
+
+
+def _corner(rate: float, cutoff: float, order: int) -> float:
+    """Return the corner of the filter that runs each way, Hz."""
+    return atan(tan(pi * cutoff / rate) * (2.0**0.5 - 1.0) ** (-1.0 / order)) * rate / pi
+
+
+def settling_time(cutoff: float, order: int = 4) -> float:
+    """Return the time, s, beyond which all samples of one side together weigh at most `REMAINS`.
+
+    It is that of the slowest pole, of damping ratio sin(π/order): exp(-σ·T)/2 bounds that weight. For the order 4 it is
+    a period of the cut-off.
+    """
+    decay = 2.0 * pi * cutoff * (2.0**0.5 - 1.0) ** (-1.0 / order) * sin(pi / order)
+    return float(log(0.5 / REMAINS) / decay)
+
+
+def readings(filtered: FloatArray, rate: float, cutoff: float, order: int = 4, *, at_rest: bool = True) -> FloatArray:
+    """Return low-passed samples, with NaN where they depend on what is beyond the ends."""
+    out, unknown = filtered.copy(), ceil(settling_time(cutoff, order) * rate)
+    out[max(len(out) - unknown, 0) :] = np.nan
+    if not at_rest:
+        out[:unknown] = np.nan
+    return out
+
+
+def note_of_ends(
+    filtered: FloatArray, read: FloatArray, cutoff: float, order: int = 4, *, at_rest: bool = True
+) -> Note:
+    """Return what is not read of a run, with a doubt where nothing is, or where larger values may be.
+
+    Parameters
+    ----------
+    filtered, read
+        Samples from `low_passed` and from `readings`; what counts is how large they are.
+    cutoff, order, at_rest
+        Of both.
+    """
+    seconds, cause = settling_time(cutoff, order), f"ends of filters of {cutoff:g} Hz, order {order}"
+    ends = f"the last {seconds:.2g} s" if at_rest else f"the first and the last {seconds:.2g} s"
+    said = f"forces below {cutoff:g} Hz are not read in {ends} of the run, since the filter needs what lies beyond"
+    known = read[np.isfinite(read).reshape(len(read), -1).all(axis=1)]
+    if not len(known):
+        return Note(f"{said}: nothing is left", cause, 1.0, doubtful=True)
+    most, least = known.max(axis=0), known.min(axis=0)
+    excess = filtered.max(axis=0) - most - STANDS_OUT * (most - least) - NEGLIGIBLE * np.abs(filtered).max()
+    if (excess > 0.0).any():
+        return Note(f"{said}: larger values may be there, and a longer run would show them", cause, 0.5, doubtful=True)
+    return Note(said, cause)
 
 
 def sliding_mean(samples: FloatArray, width: int) -> FloatArray:
-    """Return the mean over each window of so many samples along the first axis, which ends inside the record."""
-    total = np.cumsum(np.insert(samples, 0, 0.0, axis=0), axis=0)
-    return np.asarray((total[width:] - total[:-width]) / width)
+    """Return the mean over each window of so many samples along the first axis, which ends inside the record.
+
+    It is NaN where a sample of the window is.
+    """
+    missing = np.isnan(samples)
+    total, lost = (
+        np.cumsum(np.insert(one, 0, 0.0, axis=0), axis=0) for one in (np.where(missing, 0.0, samples), missing * 1.0)
+    )
+    means = (total[width:] - total[:-width]) / width
+    return np.where(lost[width:] > lost[:-width], np.nan, means)
 
 
 def checked_rate(rate: float | str, cutoff: float) -> float:

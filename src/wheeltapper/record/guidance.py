@@ -17,7 +17,17 @@ from numpy.typing import NDArray
 
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
-from wheeltapper.record.filtering import checked_filter, checked_rate, low_passed, sliding_mean, usual_rate
+from wheeltapper.ground.notes import Note
+from wheeltapper.ground.outcome import Outcome
+from wheeltapper.record.filtering import (
+    checked_filter,
+    checked_rate,
+    low_passed,
+    note_of_ends,
+    readings,
+    sliding_mean,
+    usual_rate,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,6 +62,18 @@ def guidance(
     settling: float | str = 0.0, rate: float | str | None = None,
 ) -> xr.Dataset:  # fmt: skip
     """Return guiding forces, their quotients and T-gamma of a wagon's wheels over time; see `Record.guidance`."""
+    from wheeltapper.record.simulate import warn_of
+
+    found, notes = guidance_with_notes(record, cutoff, order, window, settling, rate)
+    warn_of(notes)
+    return found
+
+
+def guidance_with_notes(
+    record: Record, cutoff: float | str | None, order: int, window: float | str, settling: float | str = 0.0,
+    rate: float | str | None = None,
+) -> tuple[xr.Dataset, list[Note]]:  # fmt: skip
+    """Return what `guidance` does, and what is to be said of it, which is also the attribute `note`."""
     import xarray as xr
 
     from wheeltapper.march import run
@@ -67,24 +89,26 @@ def guidance(
         raise InputError("", "settling", f"{settling:g} s", f"less than the run's {record.end:g} s")
     way = speed * (record.end - settling)
     if window and not window < way:
-        found = f"{window:g} m, in {way:.4g} m of way after settling"
-        raise InputError("", "window", found, "less than that way, or 0 for no mean")
+        wide = f"{window:g} m, in {way:.4g} m of way after settling"
+        raise InputError("", "window", wide, "less than that way, or 0 for no mean")
     history = record.history(rate)
     begin, half = int(np.ceil(settling * rate)), round(0.5 * window * rate / speed) if window else 0
-
-    def filtered(samples: FloatArray) -> FloatArray:
-        return (samples if cutoff is None else low_passed(samples, rate, cutoff, order))[begin:]
 
     def mean(samples: FloatArray) -> FloatArray:
         out = np.full(samples.shape, np.nan)
         out[half : len(out) - half] = sliding_mean(samples, 2 * half + 1)
         return out
 
-    leftwards = filtered(-history.lateral_force.values)
-    outwards, pressing = OUTWARDS * leftwards, filtered(history.vertical_force.values)
-    lifted = pressing <= 0.0
+    forces, notes = np.stack([-history.lateral_force.values, history.vertical_force.values]), list[Note]()
+    if cutoff is not None:
+        forces, note = _read(forces, rate, cutoff, order, begin, isinstance(scenario.start, str))
+        notes.append(note)
+    if record.outcome is not Outcome.COMPLETED:
+        notes.append(Note(f"{record.outcome.sentence}: computed up to {record.end:g} s", doubtful=True))
+    leftwards, pressing = forces[:, begin:]
+    outwards, lifted = OUTWARDS * leftwards, pressing <= 0.0
     quotient = mean(np.where(lifted, 0.0, outwards) / np.where(lifted, 1.0, pressing))
-    quotient[mean(lifted.astype(float)) > 0.0] = np.inf
+    quotient[mean(np.where(np.isnan(pressing), np.nan, lifted)) > 0.0] = np.inf
     flange = history.flange_t_gamma.values[begin:]
     tread = history.t_gamma.values[begin:] - flange
     wheels = ("time", "wheelset", "side")
@@ -98,14 +122,27 @@ def guidance(
         "spin_t_gamma": (wheels, mean(history.spin_t_gamma.values[begin:])),
     }
     labels = {name: {"units": unit, "long_name": meaning} for name, (unit, meaning) in RESULTS.items()}
-    return xr.Dataset(
+    found = xr.Dataset(
         {name: (*held[name], labels[name]) for name in RESULTS},
         {
             "time": history.time[begin:], "surface": ["tread", "flange"], "wheelset": history.wheelset,
             "side": history.side,
         },
-        {"cutoff": cutoff or np.inf, "order": order, "window": window, "settling": settling, "rate": rate},
+        {"cutoff": cutoff or np.inf, "order": order, "window": window, "settling": settling, "rate": rate,
+         "note": "; ".join(notes)},
     )  # fmt: skip
+    return found, notes
+
+
+def _read(
+    forces: FloatArray, rate: float, cutoff: float, order: int, begin: int, at_rest: bool
+) -> tuple[FloatArray, Note]:
+    """Return the readings of forces, (lateral and vertical, time, ...), and what is not read of them."""
+    over_time = np.moveaxis(forces, 0, -1)
+    filtered = low_passed(over_time, rate, cutoff, order, at_rest=at_rest)
+    read = readings(filtered, rate, cutoff, order, at_rest=at_rest)
+    all_of, known = (np.concatenate([one, -one], axis=-1)[begin:] for one in (filtered, read))  # the least count, too
+    return np.moveaxis(read, -1, 0), note_of_ends(all_of, known, cutoff, order, at_rest=at_rest)
 
 
 def statistics(found: xr.Dataset) -> xr.Dataset:

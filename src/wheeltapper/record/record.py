@@ -436,8 +436,12 @@ class Record(Shown):
         xarray.Dataset
             guiding_force (Y, outwards), wheel_force (Q), unloading, derailment_quotient and spin_t_gamma over time,
             wheelset and side; sum_of_guiding_forces without side; t_gamma also over surface (tread, flange). A mean
-            stands at the middle of its window; where that is not all in the run, or in the settling, it is NaN. Forces
-            are filtered first, then divided, then averaged. T-gamma is averaged only.
+            stands at the middle of its window; where that is not all in the run, or in the settling, it is NaN. So are
+            filtered forces, and what is made of them, at the end of the run, for as long as the filter takes to settle
+            (a period of the cut-off for the order 4), since the filter needs what follows; also at the beginning, if
+            the run does not start in equilibrium. The attribute `note` says so; where larger values may be there, or
+            nothing is left, or the run broke off, a `ModelWarning` does, too. Forces are filtered first, then divided,
+            then averaged. T-gamma is averaged only.
 
         Raises
         ------

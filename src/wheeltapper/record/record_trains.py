@@ -71,7 +71,7 @@ def trains_of(record: Record, tally: bool) -> Trains:
 
     return Trains(
         marched, Units(one, one, one, static, one), lambda: one * missing_energy_of(record), growth, meets,
-        force_histories,
+        force_histories, isinstance(record.scenario.start, str),
     )  # fmt: skip
 
 

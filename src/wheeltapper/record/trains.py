@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.march import program as contract
 
 if TYPE_CHECKING:
@@ -40,6 +41,16 @@ def _largest_of_each(values: FloatArray, begins: IntArray) -> IntArray:
     sizes = np.diff(begins, append=len(values))
     largest = np.flatnonzero(values == np.repeat(np.maximum.reduceat(values, begins), sizes))
     return largest[np.searchsorted(largest, begins)]
+
+
+def notes_of_cells(notes: Iterable[tuple[int, Note]], wheels: int = 1) -> tuple[Shared, ...]:
+    """Return notes on trains, one for each cause; so many trains in a row are of one cell."""
+    worst: dict[tuple[str, int], Note] = {}
+    for train, note in notes:
+        held = worst.setdefault((note.cause, train // wheels), note)
+        if note.severity > held.severity:
+            worst[note.cause, train // wheels] = note
+    return shared_notes(Shared(note, 1) for note in worst.values())
 
 
 @dataclass(frozen=True)
@@ -94,6 +105,8 @@ class Trains:
     growth: Callable[[int], Growth]  # of small deviations, over so many waves
     meets: Callable[[float], FloatArray]  # (cells,) when the wheel is at a position (m), s
     force_histories: Callable[[float], Iterable[FloatArray]]  # N of each cell, so many times in a second
+    at_rest: bool  # whether the runs begin in equilibrium
+    notes: list[tuple[int, Note]] = field(default_factory=list)  # what features say of a train, by its number
 
     @property
     def cell_count(self) -> int:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from wheeltapper.describe.registry import register, registered_in
 from wheeltapper.ground.arguments import as_count, check_choice, check_flag, check_function, check_text
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
+from wheeltapper.ground.notes import Note
 from wheeltapper.ground.outcome import Outcome
-from wheeltapper.record.trains import Trains, Values
+from wheeltapper.record.trains import Trains, Values, notes_of_cells
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,7 +99,8 @@ class Feature:
         -------
         xarray.DataArray
             With unit and definition: one number, of a wagon over `wheelset` and `side`. NaN where there are too few
-            impacts, or the run broke off.
+            impacts, or the run broke off. The attribute `note` says what is to be said of it; of a doubt a
+            `ModelWarning` does, too.
 
         Raises
         ------
@@ -107,16 +109,29 @@ class Feature:
         """
         if isinstance(of, Trains):
             return self._of_trains(of)
-        from wheeltapper.record.labels import of_wheels
         from wheeltapper.record.record import Record
-        from wheeltapper.record.record_trains import trains_of
+        from wheeltapper.record.simulate import warn_of
 
         if not isinstance(of, Record):
             raise InputError("", self.name, f"a {type(of).__name__}", "a record: what `wheeltapper.simulate` returns")
-        contacts, whole = of._contacts, of.outcome is Outcome.COMPLETED
-        values = self._of_trains(trains_of(of, self.tally)) if whole else np.full(len(contacts.static_force), np.nan)
+        values, notes = self.of_record(of)
+        warn_of(notes)
+        return values
+
+    def of_record(self, record: Record) -> tuple[xr.DataArray, tuple[Note, ...]]:
+        """Return the feature of a record, and what is to be said of it, which is also its attribute `note`."""
+        from wheeltapper.record.labels import of_wheels
+        from wheeltapper.record.record_trains import trains_of
+
+        contacts = record._contacts
+        values, notes = np.full(len(contacts.static_force), np.nan), tuple[Note, ...]()
+        if record.outcome is Outcome.COMPLETED:
+            trains = trains_of(record, self.tally)
+            values = self._of_trains(trains)
+            notes = tuple(shared.note for shared in notes_of_cells(trains.notes, len(values)))
         meaning = of_wheels(self.definition) if contacts.has_sides else self.definition
-        return of._per_wheel(values, {"units": self.unit, "long_name": meaning})
+        labels = {"units": self.unit, "long_name": meaning} | ({"note": "; ".join(notes)} if notes else {})
+        return record._per_wheel(values, labels), notes
 
     def _of_trains(self, trains: Trains) -> Values:
         with np.errstate(invalid="ignore", divide="ignore"):

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from wheeltapper.ground.arguments import as_quantity, check_flag
 from wheeltapper.record.features.base import Feature, feature
-from wheeltapper.record.filtering import checked_filter, checked_rate, low_passed, usual_rate
+from wheeltapper.record.filtering import checked_filter, checked_rate, low_passed, note_of_ends, readings, usual_rate
 from wheeltapper.record.trains import Trains, Values
 
 
@@ -52,8 +50,11 @@ def filtered_force(
     """Return the largest low-passed contact force, N; `over_static`: divided by the static force N0.
 
     The filter has no phase, loses 3 dB at the cut-off, and 24 dB per octave beyond it if its order is 4: a Butterworth
-    filter of half the order, forwards and backwards. 20 Hz is the cut-off of EN 14363. NaN where the run is shorter
-    than a period of the cut-off. There are no gradients, and each cell of a map is simulated once more, alone.
+    filter of half the order, forwards and backwards. 20 Hz is the cut-off of EN 14363. The end of the run is not read
+    for as long as the filter takes to settle, a period of the cut-off for the order 4, since the filter needs what
+    follows; nor is the beginning, if the run does not start in equilibrium. A note says so, and a `ModelWarning` does
+    where larger forces may be there, or where nothing is left: then the value is NaN. There are no gradients, and each
+    cell of a map is simulated once more, alone.
 
     Parameters
     ----------
@@ -71,7 +72,7 @@ def filtered_force(
     rate = usual_rate(cutoff) if rate is None else checked_rate(rate, cutoff)
 
     def largest(trains: Trains) -> Values:
-        found = _extreme_forces(trains, rate, cutoff, order, np.max)
+        found = _largest_forces(trains, rate, cutoff, order)
         return found / trains.static_force if over_static else found
 
     words = f"largest contact force below {cutoff:g} Hz (order {order}, no phase)"
@@ -98,16 +99,19 @@ def wheel_unloading(cutoff: float | str = 20.0, order: int = 4, rate: float | st
     rate = usual_rate(cutoff) if rate is None else checked_rate(rate, cutoff)
     return Feature(
         "wheel_unloading", "", f"largest share of the static force that the force below {cutoff:g} Hz lacks", 0, "end",
-        lambda trains: 1.0 - _extreme_forces(trains, rate, cutoff, order, np.min) / trains.static_force,
+        lambda trains: 1.0 + _largest_forces(trains, rate, cutoff, order, -1.0) / trains.static_force,
         differentiable=False,
     )  # fmt: skip
 
 
-def _extreme_forces(
-    trains: Trains, rate: float, cutoff: float, order: int, extreme: Callable[[Values], float]
-) -> Values:
-    """Return the largest or the least of each train's low-passed forces; NaN for less than a period of the cut-off."""
-    return np.array([
-        extreme(low_passed(force, rate, cutoff, order)) if len(force) * cutoff >= rate else np.nan
-        for force in trains.force_histories(rate)
-    ])  # fmt: skip
+def _largest_forces(trains: Trains, rate: float, cutoff: float, order: int, sign: float = 1.0) -> Values:
+    """Return the largest reading of each train's low-passed forces times the sign; NaN where there is none."""
+    out = np.full(trains.cell_count, np.nan)
+    for train, force in enumerate(trains.force_histories(rate)):
+        filtered = sign * low_passed(force, rate, cutoff, order, at_rest=trains.at_rest)
+        read = readings(filtered, rate, cutoff, order, at_rest=trains.at_rest)
+        if trains.is_complete[train]:
+            note = note_of_ends(filtered, read, cutoff, order, at_rest=trains.at_rest)
+            trains.notes.append((train, note))
+        out[train] = np.fmax.reduce(read)
+    return out

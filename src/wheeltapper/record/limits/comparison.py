@@ -17,11 +17,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.notes import Note
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.unmet import unmet_notes
 from wheeltapper.record.contacts import SIDES
-from wheeltapper.record.filtering import checked_rate, low_passed, sliding_mean, usual_rate
+from wheeltapper.record.filtering import (
+    checked_rate,
+    low_passed,
+    note_of_ends,
+    readings,
+    settling_time,
+    sliding_mean,
+    usual_rate,
+)
+from wheeltapper.record.guidance import guidance_with_notes
 from wheeltapper.record.limits.rule import LATERAL, OF_FAULTS, QUANTITIES, VERIFY, Rule, Rules, as_rules, rule_notes
 from wheeltapper.record.record import Record
 
@@ -227,6 +237,8 @@ class _Run:
         else:
             self.radii, self.wheels = [float(one.radius) for one in vehicle.plane.wheelsets], vehicle.plane.rails
         self.unmet = unmet_notes(record.scenario, record.end * self.speed)
+        self.at_rest = isinstance(record.scenario.start, str)
+        self._of_filters: dict[str, Note] = {}
 
     @property
     def sides(self) -> tuple[str, ...]:
@@ -251,10 +263,14 @@ class _Run:
         if all(reasons):
             return reasons[0]
         end = self.record.end
-        if isfinite(rule.low_pass) and end * rule.low_pass < 1.0:
-            return f"{end:g} s are shorter than a period of {rule.low_pass:g} Hz"
+        if isfinite(rule.low_pass):
+            if end * rule.low_pass < 1.0:
+                return f"{end:g} s are shorter than a period of {rule.low_pass:g} Hz"
+            end -= settling_time(rule.low_pass) * (1 if self.at_rest else 2)
+            if end * rule.low_pass < 0.01:
+                return f"nothing is left of the run but the ends, where the filter of {rule.low_pass:g} Hz settles"
         if rule.sliding_mean and not end * self.speed > rule.sliding_mean:
-            return f"{end * self.speed:g} m are no longer than the mean over {rule.sliding_mean:g} m"
+            return f"{end * self.speed:.4g} m are no longer than the mean over {rule.sliding_mean:g} m"
         return ""
 
     def compared(self, rule: Rule) -> Compared:
@@ -291,12 +307,21 @@ class _Run:
         rate = self._rate(rule.low_pass)
         forces = self._of(self._vertical(rate), rule.per)
         if isfinite(rule.low_pass):
-            forces = low_passed(forces, rate, rule.low_pass)
+            filtered = low_passed(forces, rate, rule.low_pass, at_rest=self.at_rest)
+            forces = readings(filtered, rate, rule.low_pass, at_rest=self.at_rest)
+            self._keep(note_of_ends(filtered, forces, rule.low_pass, at_rest=self.at_rest))
         late = 0.0
         if rule.sliding_mean:
             width = max(round(rule.sliding_mean / self.speed * rate), 1)
             forces, late = sliding_mean(forces, width), 0.5 * (width - 1) / rate
+        forces = np.where(np.isnan(forces), -np.inf, forces)
         return forces.max(axis=0), forces.argmax(axis=0) / rate + late
+
+    def _keep(self, *notes: Note) -> None:
+        """Keep what is to be said of filters: of one cause the most severe."""
+        for note in notes:
+            if note.severity >= self._of_filters.setdefault(note.cause, note).severity:
+                self._of_filters[note.cause] = note
 
     @cached_property
     def _located(self) -> tuple[FloatArray, FloatArray]:
@@ -322,7 +347,9 @@ class _Run:
 
     def _lateral(self, rule: Rule) -> tuple[FloatArray, FloatArray]:
         cutoff = rule.low_pass if isfinite(rule.low_pass) else None
-        found = self.record.guidance(cutoff=cutoff, window=rule.sliding_mean, rate=self._rate(rule.low_pass))
+        rate = self._rate(rule.low_pass)
+        found, notes = guidance_with_notes(self.record, cutoff, 4, rule.sliding_mean, rate=rate)
+        self._keep(*(note for note in notes if note.cause.startswith("ends")))
         size = np.abs(found[rule.quantity].values).reshape(found.sizes["time"], self.grid[0], -1)
         size = np.where(np.isnan(size), -np.inf, size)  # where the window of the mean is not all in the run
         return size.max(axis=0), found.time.values[size.argmax(axis=0)]
@@ -342,6 +369,7 @@ class _Run:
         notes = [f"figures are copies of documents that change, some remembered: {VERIFY} of each"]
         if self.wheels > 1:
             notes.append(f"the force of a wheelset is shared equally by its {self.wheels} wheels")
+        notes += self._of_filters.values()
         if self.record.outcome is not Outcome.COMPLETED:
             notes.append(f"{self.record.outcome.sentence}: compared up to {self.record.end:g} s")
         return (*notes, *self.unmet)
