@@ -28,8 +28,9 @@ PADDED = 2.0
 """Settling times of samples that are put before and behind those that are filtered."""
 REMAINS = 0.002
 """Largest weight of all that is farther away than the settling time, on one side."""
-STANDS_OUT, NEGLIGIBLE = 0.1, 1e-3
-"""Shares of the range of the readings, and of the largest force, by which a value must exceed them to stand out."""
+LARGER, DOUBTFUL, NEGLIGIBLE = 0.1, 0.5, 5e-3
+"""Shares of the range of the readings by which a value that is not read must exceed them to be told, and to put them in
+doubt; beside that by this share of the largest force."""
 
 
 def usual_rate(cutoff: float) -> float:
@@ -103,7 +104,7 @@ def readings(filtered: FloatArray, rate: float, cutoff: float, order: int = 4, *
 def note_of_ends(
     filtered: FloatArray, read: FloatArray, cutoff: float, order: int = 4, *, at_rest: bool = True
 ) -> Note:
-    """Return what is not read of a run, with a doubt where nothing is, or where larger values may be.
+    """Return what is not read of a run: whether larger values may be there, with a doubt if they are much larger.
 
     Parameters
     ----------
@@ -119,10 +120,11 @@ def note_of_ends(
     if not len(known):
         return Note(f"{said}: nothing is left", cause, 1.0, doubtful=True)
     most, least = known.max(axis=0), known.min(axis=0)
-    excess = filtered.max(axis=0) - most - STANDS_OUT * (most - least) - NEGLIGIBLE * np.abs(filtered).max()
-    if (excess > 0.0).any():
-        return Note(f"{said}: larger values may be there, and a longer run would show them", cause, 0.5, doubtful=True)
-    return Note(said, cause)
+    excess = filtered.max(axis=0) - most - NEGLIGIBLE * np.abs(filtered).max()
+    told, doubtful = (bool((excess > share * (most - least)).any()) for share in (LARGER, DOUBTFUL))
+    if told:
+        said += ": larger values may be there, and a longer run would show them"
+    return Note(said, cause, 0.5 * told, doubtful=doubtful and told)
 
 
 def sliding_mean(samples: FloatArray, width: int) -> FloatArray:
