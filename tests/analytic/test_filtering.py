@@ -170,7 +170,14 @@ def test_a_sliding_mean_of_a_straight_line_is_its_middle():
 
 @pytest.mark.parametrize(
     ("cutoff", "order", "part"),
-    [("90 m", 4, "frequency"), (0.0, 4, "more than 0"), (90.0, 3, "even"), (90.0, 0, "whole number"), (90.0, "4", "4")],
+    [
+        ("90 m", 4, "frequency"),
+        (0.0, 4, "more than 0"),
+        (90.0, 3, "even"),
+        (1e-300, 4, r"at least 0.01 Hz"),
+        (90.0, 0, "whole number"),
+        (90.0, "4", "4"),
+    ],
 )
 def test_a_filter_that_is_none_is_refused(cutoff, order, part):
     with pytest.raises(wt.InputError, match=part):

@@ -216,6 +216,14 @@ def test_a_run_that_is_all_end_or_that_broke_off_is_doubted():
     with pytest.warns(ModelWarning, match="nothing is left"):
         assert np.isnan(short.running_safety(window=0).unloading).all()
     wt.plot(found)
+    with pytest.warns(ModelWarning, match=r"shorter than the mean over 2 m: no Y/Q, no ΣY"):
+        assert np.isnan(wt.simulate(wheelset(duration=0.24)).guidance().derailment_quotient).all()
+    hill = {"left": wt.CosineBump(height=0.03, length=1.0, start=0.5)}
+    lost = wt.simulate(wheelset(hill, speed=40.0, creep=wt.creep.Polach(friction=0.35)))
+    assert lost.outcome.name == "DERAILED"
+    with pytest.warns(ModelWarning, match="a wheel left the rails: computed up to"):
+        assert "a wheel left the rails" in lost.guidance(window=0, cutoff=None).note
+    assert lost.comfort("wheelset 1").note.startswith("a wheel left the rails: computed up to")
     started = wt.simulate(wheelset(start={"displacement": 0.0, "velocity": -0.01}, duration=0.3))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

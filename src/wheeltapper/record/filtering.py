@@ -21,6 +21,8 @@ PER_PERIOD = 100.0
 """Samples in a period of the cut-off frequency, at least."""
 LEAST_PER_PERIOD = 10.0
 """Samples in a period that may be asked for."""
+LEAST, MOST_PER_PERIOD = 1e-2, 1e7
+"""Lowest cut-off, Hz, and samples in a period, at most: beyond, rounding moves the filter's poles, near 1."""
 SLOWEST = 20e3
 """Samples per second, at least: impacts last about a millisecond, and what is sampled too coarsely folds back."""
 
@@ -43,7 +45,10 @@ def checked_filter(cutoff: float | str, order: int) -> tuple[float, int]:
     order = as_count(order, "order", 2, 20)
     if order % 2:
         raise InputError("", "order", str(order), "an even number: half of it runs forwards, half backwards")
-    return as_quantity(cutoff, "cutoff", "frequency"), order
+    found = as_quantity(cutoff, "cutoff", "frequency")
+    if found < LEAST:
+        raise InputError("", "cutoff", f"{found:g} Hz", f"at least {LEAST:g} Hz")
+    return found, order
 
 
 def low_passed(samples: FloatArray, rate: float, cutoff: float, order: int = 4, *, at_rest: bool = False) -> FloatArray:
@@ -146,4 +151,7 @@ def checked_rate(rate: float | str, cutoff: float) -> float:
     if found < LEAST_PER_PERIOD * cutoff:
         least = f"at least {LEAST_PER_PERIOD * cutoff:g} Hz, {LEAST_PER_PERIOD:g} times the cut-off"
         raise InputError("", "rate", f"{found:g} Hz for a cut-off of {cutoff:g} Hz", least)
+    if cutoff and found > MOST_PER_PERIOD * cutoff:
+        most = f"at most {MOST_PER_PERIOD * cutoff:g} Hz, {MOST_PER_PERIOD:g} times the cut-off"
+        raise InputError("", "rate", f"{found:g} Hz for a cut-off of {cutoff:g} Hz", most)
     return found

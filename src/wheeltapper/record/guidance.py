@@ -110,6 +110,8 @@ def guidance_with_notes(
     outwards, lifted = OUTWARDS * leftwards, pressing <= 0.0
     quotient = mean(np.where(lifted, 0.0, outwards) / np.where(lifted, 1.0, pressing))
     quotient[mean(np.where(np.isnan(pressing), np.nan, lifted)) > 0.0] = np.inf
+    if np.isfinite(pressing).any() and np.isnan(quotient).all():
+        notes.append(Note(f"what is read is shorter than the mean over {window:g} m: no Y/Q, no ΣY", doubtful=True))
     flange = history.flange_t_gamma.values[begin:]
     tread = history.t_gamma.values[begin:] - flange
     wheels = ("time", "wheelset", "side")

@@ -409,7 +409,10 @@ class Record(Shown):
 
         run.choose(run.COMFORT, self.scenario.needs)
         check_choice(body, "body", self.scenario.vehicle.names)
-        return comfort(self, body, at, rate, vertical_weighting=vertical_weighting, settling=settling)
+        found = comfort(self, body, at, rate, vertical_weighting=vertical_weighting, settling=settling)
+        if self.outcome is not Outcome.COMPLETED:
+            found.attrs["note"] = f"{self.outcome.sentence}: computed up to {self.end:g} s; {found.attrs['note']}"
+        return found
 
     def guidance(
         self, *, cutoff: float | str | None = 20.0, order: int = 4, window: float | str = 2.0,
