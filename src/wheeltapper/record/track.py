@@ -123,7 +123,7 @@ def track(
 
 def _warn_of_unread(ridden: _Ridden, names: list[str], read: FloatArray) -> None:
     """Warn of places that no wheel comes near enough to at any time, so that there is no reading of them."""
-    lost: list[bool] = np.isnan(read).all(axis=(0, 1, 3)).tolist()
+    lost: Any = np.isnan(read).all(axis=(0, 1, 3)).tolist()
     unread = [name for name, nowhere in zip(names, lost, strict=True) if nowhere]
     if unread:
         ring = ridden.ways[0][1].ring
