@@ -77,7 +77,7 @@ def sweep(
         `gradient_status`. A "grazing" cell has an event that hardly happens, so that the derivative means little.
 
         Where a scenario, a field or a feature has no tangents (wagons, contacts that yield, dampers with ends, friction
-        and other kinks of suspensions, voids; on rails fields of the track and highest positions), derivatives are
+        and other kinks of suspensions, anomalies; on rails fields of the track and highest positions), derivatives are
         extrapolated from differences of runs finer than "strict" ones in which the same happens in the same order:
         losses, impacts, onsets of yield, stops, friction that slips or sticks, corners of elements, voids. The
         `_gradient_error` of each is its probable error, mostly below 1e-8 of it. Where both are NaN there is no

@@ -44,8 +44,8 @@ are."""
 MOST_OCTETS = 6
 """Octets of contacts and voids: a double tells which of so many lanes are closed, and whether a step is at once."""
 TWO_RAILS = Note(
-    "the two rails are equal tracks side by side, each on half of every sleeper: sleepers do not roll. Rails move "
-    "vertically only, and creep forces act on the wheelsets alone",
+    "the two rails are equal tracks side by side, each on half-sleepers of its own; with track.sleeper_roll_inertia "
+    "whole ones roll. Rails move vertically only, and creep forces act on the wheelsets alone",
     "two rails",
 )
 ROLLING = Note("rails move vertically only, and creep forces act on the wheelsets alone", "two rails")
