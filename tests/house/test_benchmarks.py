@@ -1,9 +1,12 @@
 """Every benchmark can be imported, and those that need no other codes run."""
 
+import ast
+import inspect
 import os
 import re
 import subprocess
 import sys
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -40,6 +43,44 @@ def test_every_benchmark_can_be_imported():
         assert module is not None, why
         assert find_spec(module[1]) is None
         assert module[1] in ("heyoka", "sksundae", "diffrax", "jax")
+
+
+def is_module(home, name):
+    return hasattr(home, "__path__") and find_spec(f"{home.__name__}.{name}") is not None
+
+
+def modules_of(tree):
+    """Return the package's modules that a program imports, by the names that they have there."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((one.asname or one.name, one.name) for one in node.names if one.name == "wheeltapper")
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("wheeltapper"):
+            home = import_module(node.module)
+            names = {one.asname or one.name: one.name for one in node.names}
+            yield from ((name, f"{node.module}.{own}") for name, own in names.items() if is_module(home, own))
+
+
+def missing_names(text):
+    """Return what a program's text asks of modules of the package that these do not have."""
+    tree = ast.parse(text)
+    modules = {name: import_module(path) for name, path in modules_of(tree)}
+
+    def value_of(node):
+        if isinstance(node, ast.Name):
+            return modules.get(node.id)
+        home = value_of(node.value) if isinstance(node, ast.Attribute) else None
+        return getattr(home, node.attr, None) if inspect.ismodule(home) else None
+
+    asked = (node for node in ast.walk(tree) if isinstance(node, ast.Attribute))
+    asked = [node for node in asked if inspect.ismodule(value_of(node.value))]
+    return [ast.unparse(node) for node in asked if not hasattr(value_of(node.value), node.attr)]
+
+
+def test_benchmarks_ask_modules_for_what_these_have():
+    """Also where no run of the smallest size comes by."""
+    assert [(file.name, names) for file in FILES if (names := missing_names(file.read_text(encoding="utf-8")))] == []
+    wrong = "import wheeltapper as wt\nfrom wheeltapper.march import rates\nrates.contact_forces\nwt.tracks.Slap.x"
+    assert missing_names(wrong) == ["rates.contact_forces", "wt.tracks.Slap"]
 
 
 def ran(file, *arguments):
