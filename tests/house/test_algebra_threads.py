@@ -6,6 +6,7 @@ import scipy.linalg  # noqa: F401 - it brings a library of its own, which has to
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import wheeltapper as wt
+from wheeltapper.lower.track.reach import modes_of
 from wheeltapper.march import run
 from wheeltapper.march.blocks import algebra_on_one_thread
 
@@ -46,4 +47,14 @@ def test_a_map_on_rails_marches_with_one_thread_of_algebra_each(monkeypatch):
 def test_an_error_sets_them_back_too():
     with pytest.raises(ZeroDivisionError), algebra_on_one_thread():
         1 / 0  # noqa: B018
+    assert threads() == {3}
+
+
+def test_modes_of_an_irregular_track_are_made_on_one_thread(monkeypatch):
+    """On busy cores two threads took six times the time of one."""
+    seen, eig = [], np.linalg.eig
+    monkeypatch.setattr(np.linalg, "eig", lambda matrix: (seen.append((len(matrix), threads())), eig(matrix))[1])
+    fields = wt.tracks.Ballasted.example | {"bays": 20, "anomalies": [wt.tracks.MissingPad(seat=3)]}
+    modes_of(wt.tracks.Ballasted(**fields))
+    assert max(seen, key=lambda one: one[0])[1] == {1}
     assert threads() == {3}

@@ -12,7 +12,7 @@ import pytest
 
 from wheeltapper.faces import progress as bars
 from wheeltapper.ground import progress
-from wheeltapper.ground.progress import progress_shown, report, say
+from wheeltapper.ground.progress import patiently, progress_shown, report, say
 
 
 @pytest.fixture
@@ -106,6 +106,28 @@ def test_threads_show_no_bar(terminal, monkeypatch):
     assert shown == []
     work(0.0)
     assert shown == ["bar"]
+
+
+def test_a_call_that_nothing_can_stop_tells_how_far_it_is_and_an_interruption_does_not_wait_for_it():
+    """The interruption comes from the listener, as from Ctrl-C: linear algebra knows of neither."""
+    told, ends = [], threading.Event()
+
+    def stops(what, done, total):
+        told.append((what, done, total))
+        if len(told) == 3:
+            raise KeyboardInterrupt
+
+    with progress_shown(stops), pytest.raises(KeyboardInterrupt):
+        patiently(lambda: ends.wait(20.0), "modes", 10.0)
+    ends.set()
+    assert [(what, total) for what, _, total in told] == [("modes", 10.0)] * 3
+    assert [done for _, done, _ in told] == pytest.approx([0.1, 0.2, 0.3], abs=0.09)
+
+
+def test_what_such_a_call_returns_or_raises_comes_back():
+    assert patiently(lambda: 3, "modes", 10.0) == 3
+    with pytest.raises(ZeroDivisionError):
+        patiently(lambda: 1 / 0, "modes", 10.0)
 
 
 SCRIPT = """

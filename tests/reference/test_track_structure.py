@@ -554,3 +554,79 @@ def test_a_track_may_name_cut_off_and_bays_itself():
     assert (chosen.cutoff, chosen.bays, modes.ring.bays) == (3000.0, 40, 40)
     assert np.abs(modes.ring.rates).max() < 2 * pi * 3000.0
     assert len(chosen.notes) == 1
+
+
+# -- rings with seats that differ, without damping --------------------------------------------------------------------
+
+BARE = {"damping": 0.0}, {"pad_damping": 0.0}, {"ballast_damping": 0.0}
+"""What takes the damping of a rail, of pads and of ballast."""
+
+
+def bared(rail=False, pads=False, ballast=False, **fields):
+    """Return the example's track, with scatter and a missing pad, without some of its damping."""
+    track = named("rolland_UIC60_example")
+    held = {name: getattr(track, name) for name in type(track).model_fields if name != "rail"}
+    held["rail"] = track.rail.model_copy(update=BARE[0] if rail else {})
+    held["anomalies"] = wt.tracks.Scatter(pads=0.1, ballast=0.1, seed=4), wt.tracks.MissingPad(seat=1)
+    held |= (BARE[1] if pads else {}) | (BARE[2] if ballast else {})
+    return wt.tracks.Ballasted(**held | fields)
+
+
+def own_ring(track, bays, omega):
+    """Return the receptance between the nodes of a ring, whose seats and sleepers are written here."""
+    section = section_of(track)
+    pads, ballasts = np.ones(bays), np.ones(bays)
+    scatter, missing = track.anomalies
+    for one in (*scatter.changes(range(-(bays // 4), bays - bays // 4)), *missing.changes(range(1, 2))):
+        pads[one.seat % bays] *= one.pad
+        ballasts[one.seat % bays] *= one.ballast
+    mass, stiffness = bay.rail_matrices(section, 2)
+    nodes = len(mass) // 2
+    free = bays * (nodes - 1)
+    system = np.zeros((2 * free, 2 * free), dtype=complex)
+    for number in range(bays):
+        at = (number * (nodes - 1) + np.arange(nodes)) % free
+        both = np.append(at, free + at)
+        system[np.ix_(both, both)] += (1.0 + 1j * omega * track.rail.damping) * stiffness - omega**2 * mass
+        pad = pads[number] * (track.pad_stiffness + 1j * omega * track.pad_damping)
+        below = ballasts[number] * (track.ballast_stiffness + 1j * omega * track.ballast_damping)
+        below -= track.sleeper_mass * omega**2
+        system[at[0], at[0]] += pad * below / (pad + below)
+    return np.linalg.inv(system)
+
+
+@pytest.mark.parametrize("bare", [("rail",), ("pads",), ("ballast",), ("rail", "pads", "ballast")])
+def test_a_ring_with_scatter_is_a_dense_matrix_of_all_its_seats(bare):
+    """At ends of elements, where these are exact; its frequencies are none of the resonances, which are not damped."""
+    track = bared(**dict.fromkeys(bare, True), bays=24)
+    modes, _ = reach.modes_of(track)
+    for omega in (0.0, 2 * pi * 213.0, 2 * pi * 481.0):
+        exact = own_ring(track, 24, omega)
+        for end in (0, 1, 2, 9):
+            found = modal_receptance(modes.ring, omega, 0.3 * end, 0.3 * end)
+            assert abs(found - exact[8 * end, 8 * end]) < (1e-3 if omega else 1e-7) * abs(found)
+
+
+@pytest.mark.parametrize("accuracy", reach.ACCURACIES)
+def test_a_ring_with_anomalies_has_no_more_unknowns_than_its_eigenvectors_can_take(accuracy):
+    """However slowly waves decay; what a shorter ring costs is in its note."""
+    for bare in (
+        {},
+        {"rail": True},
+        {"pads": True},
+        {"ballast": True},
+        dict.fromkeys(("rail", "pads", "ballast"), True),
+    ):
+        chosen = reach.reach_of(bared(**bare), accuracy)
+        assert chosen.bays >= reach.ACCURACIES[accuracy].fewest
+        assert 2 * len(ring_of(bared(**bare), chosen.bays, chosen.cutoff).ring.rates) < 1.02 * reach.MOST_UNKNOWNS
+        assert (chosen.notes == ()) == (chosen.image <= reach.ACCURACIES[accuracy].image)
+
+
+def test_a_ring_with_anomalies_that_would_take_very_long_is_refused_with_the_number_that_would_do():
+    with pytest.raises(wt.InputError, match=r"a ring of 1000 bays with anomalies .* minutes of computing") as error:
+        reach.reach_of(bared(bays=1000))
+    fits = int(str(error.value).split("allowed: at most ")[1].split()[0])
+    assert reach.reach_of(bared(bays=fits, rail=True)).bays == fits
+    with pytest.raises(wt.InputError, match="minutes of computing"):
+        reach.reach_of(bared(bays=fits + 1))

@@ -7,8 +7,10 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
-from typing import NamedTuple
+from time import monotonic
+from typing import NamedTuple, TypeVar
 
+T = TypeVar("T")
 Report = Callable[[str, float, float], None]
 Say = Callable[[str], None]
 Progress = bool | Report
@@ -24,6 +26,8 @@ class _Listener(NamedTuple):
     say: Say
 
 
+PERIOD = 0.1
+"""Time between two reports of work that does not report itself, s."""
 _listener: ContextVar[_Listener | None] = ContextVar("listener", default=None)
 bar: Callable[[], AbstractContextManager[None]] | None = None
 """What shows a bar of the work inside its context. The front door sets it: bars are drawn some floors above."""
@@ -127,6 +131,30 @@ def progress_counter(what: str, total: int, done: int = 0) -> Callable[[int], No
                 listener.report(what, done, total)
 
     return add_done
+
+
+def patiently(work: Callable[[], T], what: str, seconds: float) -> T:
+    """Return what a long call to a library returns, which by itself neither tells how far it is nor can be interrupted.
+
+    It works in a thread of its own, while this one reports which share of the time that is expected, s, has passed. An
+    interruption leaves the call to itself. What is expected to take less than a second is called at once.
+    """
+    if seconds < 1.0:
+        return work()
+    from concurrent.futures import Future, wait
+
+    found, began = Future[T](), monotonic()
+
+    def finish() -> None:
+        try:
+            found.set_result(work())
+        except BaseException as error:  # raised again where it is waited for
+            found.set_exception(error)
+
+    threading.Thread(target=finish, daemon=True).start()
+    while wait([found], PERIOD).not_done:
+        report(what, min(monotonic() - began, 0.99 * seconds), seconds)
+    return found.result()
 
 
 @contextmanager

@@ -7,6 +7,7 @@ same from everywhere, and shapes go once around (docs/theory/track.rst, section 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
@@ -14,17 +15,23 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from wheeltapper.ground.progress import patiently, progress_counter
 from wheeltapper.lower.track import responses, waves
 from wheeltapper.lower.track.responses import BALLAST, PAD, Extra
 from wheeltapper.lower.track.ring import RESIDUAL_DEGREE, ring_of
 from wheeltapper.lower.track.section import Section
+from wheeltapper.march.blocks import algebra_on_one_thread
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.tables import real_times
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
-REAL = 1e-12
-"""A rate is real where its imaginary part is smaller than this share of it."""
+BLOCK = 8
+"""Bays that are turned at a time: the modes of a ring at all of its places would be its largest table by far."""
+SECONDS = 8e-10
+"""Time that eigenvectors take over the cube of the number of unknowns, s, to tell how far they are."""
+SHAPED = 5
+"""How often `_around` goes around a ring."""
 
 
 class IrregularModes(NamedTuple):
@@ -61,18 +68,23 @@ class IrregularModes(NamedTuple):
 @lru_cache(maxsize=4)
 def irregular_ring(section: Section, bays: int, cutoff: float, extras: tuple[Extra, ...]) -> IrregularModes:
     """Return the ring of some bays with what differs at some seats, 0 to bays - 1."""
+    with algebra_on_one_thread():  # threads that wait for busy cores made its matrices six times slower
+        return _irregular_ring(section, bays, cutoff, extras)
+
+
+def _irregular_ring(section: Section, bays: int, cutoff: float, extras: tuple[Extra, ...]) -> IrregularModes:
     regular = ring_of(section, bays, cutoff)
     ring, weights = regular.ring, regular.ring.weights
-    turns = np.exp(1j * np.multiply.outer(np.arange(bays), np.angle(ring.turns)))
+    turns: ComplexArray = np.exp(1j * np.multiply.outer(np.arange(bays), np.angle(ring.turns)))
     at_seat = (-1.0) ** np.arange(ring.deflection.shape[1])
     rail, rail_drive = at_seat @ ring.deflection[0], at_seat @ ring.drive[0]
     seats = np.array([extra.seat for extra in extras])
     pad = np.array([extra.kind == PAD for extra in extras])[:, None]
     reads = weights * turns[seats] * np.where(pad, rail - regular.sleeper, regular.sleeper)
     drives = turns[seats].conj() * np.where(pad, rail_drive - regular.sleeper_drive, regular.sleeper_drive)
-    missed = _missed(section, ring, turns, extras, reads, drives)
+    tell = progress_counter("bays of an irregular track", SHAPED * bays)
+    missed = _missed(section, ring, turns, extras, reads, drives, tell)
     stiff, damp = _feedback(extras, missed.own)
-    pushed = _columns(turns.conj()[:, None, None] * ring.drive)
     at_once = np.linalg.inv(np.eye(len(extras)) - damp @ _rows(reads) @ _columns(drives).T)
     shown = at_once @ (stiff @ _rows(reads) + damp @ _rows(reads * ring.rates))
     system = np.block([
@@ -80,22 +92,22 @@ def irregular_ring(section: Section, bays: int, cutoff: float, extras: tuple[Ext
     ])  # fmt: skip
     rates, right, left = _eigenvectors(system + _columns(drives).T @ shown)
     forces = _times(shown, right)
-    deflection, rotation = (
-        _times(_rows(weights * turns[:, None, None] * shapes), right) for shapes in (ring.deflection, regular.rotation)
-    )
-    given: FloatArray = missed.along @ stiff.T + _all_around(pushed @ _rows(reads).T) @ damp.T
-    deflection = _all_around(deflection) + _times(missed.along, forces)
+    weighted: ComplexArray = weights * turns
+    deflection, rotation = (_around(weighted, one, _rows, right, tell) for one in (ring.deflection, regular.rotation))
     entered = _times(at_once.T, _times(_columns(drives), left.T))
-    drive = _all_around(_times(pushed, left.T)) + _times(given, entered)
-    drive = drive + _times(missed.along @ damp.T, entered * rates)
+    drive = _around(turns.conj(), ring.drive, _columns, left.T, tell)
+    pushed = _around(turns.conj(), ring.drive, _columns, _rows(reads).T, tell)
+    given = missed.along @ stiff.T + pushed @ damp.T
+    deflection += _times(missed.along, forces)
+    drive += _times(given, entered) + _times(missed.along @ damp.T, entered * rates)
     edges = np.append(np.add.outer(np.arange(bays) * ring.spacing, ring.edges[:-1]).ravel(), bays * ring.spacing)
     long = Ring(
         rates, np.ones(len(rates), dtype=complex), np.where(rates.imag == 0.0, 1.0, 2.0), edges, deflection, drive,
         np.zeros((len(edges) - 1, RESIDUAL_DEGREE + 1)), bays * ring.spacing, 1, bays,
     )  # fmt: skip
     found = IrregularModes(
-        long._replace(residual=_residual(long, missed.static)), _all_around(rotation),
-        _times(_rows(weights * turns * rail), right), _times(_rows(weights * turns * regular.sleeper), right),
+        long._replace(residual=_residual(long, missed.static)), rotation,
+        _times(_rows(weighted * rail), right), _times(_rows(weighted * regular.sleeper), right),
         _times(_columns(turns.conj() * regular.sleeper_drive), left.T), np.zeros(bays), cutoff, right, forces, drives.T,
     )  # fmt: skip
     between = responses.between(section, extras, 0.0, bays * section.spacing).real
@@ -112,21 +124,43 @@ def _columns(drives: ComplexArray) -> FloatArray:
     return np.concatenate([drives.real, drives.imag], axis=-1)
 
 
-def _times(real: NDArray[Any], matrix: ComplexArray) -> ComplexArray:
-    """Return real rows (..., n) times a complex matrix."""
-    product = real_times(real.reshape(-1, real.shape[-1]), matrix)
+def _times(real: NDArray[Any], matrix: NDArray[Any]) -> NDArray[Any]:
+    """Return real rows (..., n) times a real or complex matrix."""
+    rows = real.reshape(-1, real.shape[-1])
+    product = real_times(rows, matrix) if np.iscomplexobj(matrix) else rows @ matrix
     return np.asarray(product.reshape(*real.shape[:-1], matrix.shape[1]))
+
+
+def _around(
+    turns: ComplexArray, shapes: ComplexArray, parts: Callable[[ComplexArray], FloatArray], matrix: NDArray[Any],
+    tell: Callable[[int], None],
+) -> NDArray[Any]:  # fmt: skip
+    """Return shapes of a bay, (elements, terms, modes), turned into all bays, times a matrix: (all elements, 15, n).
+
+    `turns` is that of each bay and mode, `parts` returns the real rows that the matrix takes, and `tell` counts bays.
+    """
+    (elements, terms, _), matrix = shapes.shape, np.ascontiguousarray(matrix)
+    found = np.zeros((len(turns) * elements, RESIDUAL_DEGREE + 1, matrix.shape[1]), dtype=matrix.dtype)
+    for first in range(0, len(turns), BLOCK):
+        some = turns[first : first + BLOCK, None, None]
+        rows = parts(some * shapes).reshape(-1, terms, len(matrix))
+        found[first * elements :][: len(rows), :terms] = _times(rows, matrix)
+        tell(len(some))
+    return found
 
 
 def _eigenvectors(system: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     """Return rates, right vectors in columns and left ones in rows, one of each conjugate pair, by rising rates."""
-    rates, right = np.linalg.eig(system)
-    left = np.linalg.inv(right)
-    real = np.abs(rates.imag) <= REAL * np.abs(rates)
-    kept = np.flatnonzero(real | (rates.imag > 0.0))
+    expected = SECONDS * len(system) ** 3
+    rates, right = patiently(lambda: np.linalg.eig(system), "modes of an irregular track", expected)
+    kept = np.flatnonzero(rates.imag >= 0.0)
     kept = kept[np.argsort(np.abs(rates[kept]), kind="stable")]
-    found = np.where(real, rates.real, rates)[kept].astype(complex)
-    return found, right[:, kept].astype(complex), left[kept].astype(complex)
+    found, right = rates[kept].astype(complex), right[:, kept].astype(complex)
+    pairs = found.imag > 0.0
+    inverse = np.linalg.inv(np.hstack([right.real, right.imag[:, pairs]]))  # of what is real, an eighth of the work
+    left = inverse[: len(kept)].astype(complex)
+    left[pairs] = 0.5 * (left[pairs] - 1j * inverse[len(kept) :])
+    return found, right, left
 
 
 def _feedback(extras: tuple[Extra, ...], own: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -137,13 +171,6 @@ def _feedback(extras: tuple[Extra, ...], own: FloatArray) -> tuple[FloatArray, F
     stiffness, damping = (np.array([getattr(extra, name) for extra in extras]) for name in ("stiffness", "damping"))
     given = np.linalg.inv(np.eye(len(extras)) + stiffness[:, None] * own)
     return -given * stiffness, -given @ (damping[:, None] * np.linalg.inv(np.eye(len(extras)) + own * stiffness))
-
-
-def _all_around(shapes: NDArray[Any]) -> NDArray[Any]:
-    """Return shapes (bays, elements, degree + 1, modes) as those of all elements, of the residual's degree."""
-    bays, elements, terms, modes = shapes.shape
-    wanted = ((0, 0), (0, RESIDUAL_DEGREE + 1 - terms), (0, 0))
-    return np.pad(shapes.reshape(bays * elements, terms, modes), wanted)
 
 
 class StaticField(NamedTuple):
@@ -204,7 +231,7 @@ class _Missed(NamedTuple):
 
 def _missed(
     section: Section, ring: Ring, turns: ComplexArray, extras: tuple[Extra, ...], reads: ComplexArray,
-    drives: ComplexArray,
+    drives: ComplexArray, tell: Callable[[int], None],
 ) -> _Missed:  # fmt: skip
     """Return what the modes of the regular ring miss; `reads` and `drives` are the extras', (extras, modes)."""
     field, statics = static_field(section, ring.bays, len(ring.edges) - 1, extras), -drives / ring.rates
@@ -212,8 +239,8 @@ def _missed(
     regular = waves.response(section, 0.0, field.x[0], field.x[0])[..., 0].real
     static = regular + (field.felt * field.forces).sum(axis=-1)
     powers = points()[:, None] ** np.arange(ring.deflection.shape[1])
-    shown = _rows(ring.weights * turns[:, None, None] * (powers @ ring.deflection)) @ _columns(statics).T
-    along = by_powers((field.felt - shown.reshape(field.felt.shape)).reshape(-1, len(points()), len(extras)))
+    shown = _around(ring.weights * turns, powers @ ring.deflection, _rows, _columns(statics).T, tell)
+    along = by_powers(field.felt.reshape(shown.shape) - shown)
     return _Missed(exact - _rows(reads) @ _columns(statics).T, along, static.reshape(-1, len(points())))
 
 

@@ -47,6 +47,17 @@ HEARD = 2000.0
 """Hz; faster waves decay within a few bays, or carry little."""
 MOST_BAYS = 400
 """That a ring is given without being asked for; the time of a march rises with them."""
+MOST_UNKNOWNS = 2000
+"""Of a ring with anomalies that is given without being asked for; the time of its eigenvectors rises with their cube.
+"""
+SECONDS = 2e-9
+"""Time that a ring with anomalies takes over the cube of its unknowns, s."""
+LONGEST = 300.0
+"""Time that a ring with anomalies may take, s."""
+BYTES = 300.0
+"""Memory of a ring with anomalies over the square of its unknowns: its eigenvectors, and its shapes in each element."""
+SAMPLE = 20
+"""Bays whose modes are counted for those of more."""
 HEADROOM = 2.0
 """Modes are needed up to so many times the highest frequency of an excitation."""
 
@@ -116,8 +127,10 @@ def reach_of(track: SupportedRail, accuracy: str = "default", extent: float = 0.
             found = f"{bays} bays, a ring of {bays * track.spacing:.4g} m, under wheels up to {extent:.4g} m apart"
             raise InputError("", "track.bays", found, f"more than {2.0 * extent / track.spacing:.0f}, or none")
     else:
-        longer = ceil(extent / track.spacing)
-        bays = longer + _bays_for(section, asked)
+        most = int(MOST_UNKNOWNS / unknowns_per_bay(section, cutoff)) if track.anomalies else MOST_BAYS
+        bays = ceil(extent / track.spacing) + _bays_for(section, asked, most)
+    if track.anomalies:
+        _check_time(section, bays, cutoff)
     length = bays * track.spacing - extent
     image = image_level(section, length)
     notes = () if image <= asked.image else (_image_note(section, asked, length, image, extent),)
@@ -144,9 +157,9 @@ def _modes(track: SupportedRail, section: Section, reach: Reach) -> TrackModes |
     return irregular_ring(section, reach.bays, reach.cutoff, extras)
 
 
-def _bays_for(section: Section, asked: Accuracy) -> int:
+def _bays_for(section: Section, asked: Accuracy, most: int) -> int:
     """Return the fewest bays whose image is quiet enough; the most that are given where none is."""
-    few, many = asked.fewest, max(MOST_BAYS, asked.fewest)
+    few, many = asked.fewest, max(most, asked.fewest)
     if image_level(section, few * section.spacing) <= asked.image:
         return few
     while many - few > 1:  # the level falls with the length
@@ -161,6 +174,24 @@ def check_bays(section: Section, bays: int, cutoff: float) -> None:
     unknowns = 2 * bay.DEGREE * bay.element_count(section, cutoff) + 1
     needed = (bays // 2 + 1) * 200.0 * unknowns**2  # bytes: the eigenproblem and its vectors, two by two and complex
     check_room("track.bays", f"a ring of {bays} bays", needed, lambda share: f"at most {int(share * bays)} bays")
+
+
+@lru_cache(maxsize=64)
+def unknowns_per_bay(section: Section, cutoff: float) -> float:
+    """Return how many real unknowns a bay adds to a ring with anomalies."""
+    return 2.0 * len(ring_of(section, SAMPLE, cutoff).ring.rates) / SAMPLE
+
+
+def _check_time(section: Section, bays: int, cutoff: float) -> None:
+    """Refuse a ring with anomalies that takes very long, or more than memory."""
+    each = unknowns_per_bay(section, cutoff)
+    seconds, most = SECONDS * (each * bays) ** 3, (LONGEST / SECONDS) ** (1.0 / 3.0) / each
+    found = f"a ring of {bays} bays with anomalies and modes up to {cutoff:.4g} Hz"
+    if seconds > LONGEST:
+        allowed = f"at most {int(most)} bays, {LONGEST / 60.0:.0f} minutes, or a lower cutoff"
+        raise InputError("", "track.bays", f"{found}, some {seconds / 60.0:.0f} minutes of computing", allowed)
+    needed = BYTES * (each * bays) ** 2
+    check_room("track.bays", found, needed, lambda share: f"at most {int(share**0.5 * bays)} bays, or a lower cutoff")
 
 
 def _image_note(section: Section, asked: Accuracy, length: float, image: float, extent: float) -> Note:
