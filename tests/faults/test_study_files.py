@@ -102,3 +102,28 @@ def test_what_does_not_fit_in_memory_is_refused_with_the_number(tmp_path):
     with pytest.raises(wt.InputError, match=r"over.speed: found 1e\+12 values, 24 TB"):
         Store(tmp_path / "map.zarr", spec.read_study(tmp_path / "study.toml"))
     assert 1e8 < memory.available_bytes() < 1e15
+
+
+@pytest.mark.parametrize(
+    ("path", "ends", "found"),
+    [
+        ("vehicle.stiffness", ("50 N/mm", "0.1 kN/mm"), [5e4, 7.5e4, 1e5]),
+        ("vehicle.stiffness", (5e4, "100 N/mm"), [5e4, 7.5e4, 1e5]),
+        ("speed", ("18 km/h", "36 km/h"), [5.0, 7.5, 10.0]),
+        ("irregularity.0.height", ("100 um", "0.3 mm"), [1e-4, 2e-4, 3e-4]),
+    ],
+)
+def test_ends_of_a_range_may_have_units(path, ends, found, tmp_path):
+    file = tmp_path / "study.toml"
+    span = {"from": ends[0], "to": ends[1], "count": 3}
+    file.write_text(tomli_w.dumps(STUDY | {"over": {path: span}, "gradient": False}))
+    study = spec.described_study(spec.read_study(file))
+    np.testing.assert_allclose(study.axes[0].values, found, rtol=1e-15)
+    file.write_text(tomli_w.dumps(STUDY | {"over": {path: span | {"to": "3 kg"}}, "gradient": False}))
+    assert "'3 kg', which is not a" in str(complaint(file, tmp_path / "map.zarr"))
+
+
+def test_an_unknown_name_at_the_top_is_refused_with_the_nearest(tmp_path):
+    file = tmp_path / "study.toml"
+    file.write_text(tomli_w.dumps(STUDY | {"sampels": 3}))
+    assert "(did you mean 'samples'?)" in str(complaint(file, tmp_path / "map.zarr"))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.describe.paths import value_at
 from wheeltapper.faces.cli import main
 from wheeltapper.record.simulate import ModelWarning
 
@@ -25,6 +26,7 @@ REFUSED = [
     ({"vehicle.mas": [1.0]}, {}, "vehicle.mas", "no such field"),
     ({"irregularity.1.height": [1.0]}, {}, "irregularity.1.height", "no such field"),
     ({"irregularity.height": [1.0]}, {}, "irregularity.height", "as in 'irregularity.0.height'"),
+    ({"vehicle.msas": [1.0]}, {}, "vehicle.msas", "did you mean 'mass'?"),
     ({"vehicle.mass": [1500, -1]}, {}, "vehicle.mass", "-1"),
     ({"vehicle.mass": ["5 m"]}, {}, "vehicle.mass", "5 m"),
     ({"vehicle.mass": []}, {}, "vehicle.mass", "no values"),
@@ -120,3 +122,66 @@ def test_a_study_notes_a_cause_once(tmp_path, capsys):
     assert said.count("note:") == 1
     assert "(the worst of 20 such cells of 20)" in " ".join(said.split())
     assert f"(radius {1e3 * 0.02**2 / (2.0 * np.pi**2 * 4e-4):.4g} mm" in " ".join(said.split())
+
+
+COACH = wt.Scenario(
+    vehicle=wt.Wagon.erri_b176().with_element(
+        wt.vehicles.Friction(name="rub", between=("car body", "bogie 1"), at=(-1.28, 1.0, 0.8), along="z", force=500.0)
+    ),
+    contact=wt.Hertz(), creep=wt.creep.Polach(friction=0.4), speed=36.0, duration=0.01,
+    irregularity={"left": wt.CosineBump(height="0.2 mm", length="0.5 m", start=0.02)},
+)  # fmt: skip
+PAIR = wt.Scenario(
+    vehicle=wt.vehicles.Wheelsets(
+        wheelsets=[{"mass": 600.0, "load": 94e3, "wheels": 1, "stiffness": 1e6}] * 2, positions=(0.0, -2.4)
+    ),
+    track=wt.tracks.Ballasted.named("rolland_UIC60_example"), contact=wt.Hertz(constant=9.4125e10), speed=30.0,
+    duration=0.01, irregularity=wt.CosineBump(height="0.1 mm", length="0.2 m", start=0.05),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("scene", "name", "number"),
+    [
+        (COACH, "vehicle.bodies.car body.mass", "vehicle.bodies.0.mass"),
+        (COACH, "irregularity.left.0.height", "irregularity.left.0.height"),
+        (PAIR, "vehicle.wheelsets.wheelset 2.mass", "vehicle.wheelsets.1.mass"),
+    ],
+)
+def test_names_are_taken_as_numbers_are_by_sweeps_and_gradients(scene, name, number):
+    held = value_at(scene, number)
+    assert value_at(scene, name) == held
+    assert scene.replaced({name: 1.1 * held}) == scene.replaced({number: 1.1 * held})
+    by_name, by_number = (wt.sweep(scene, {path: [held, 1.1 * held]}, "largest_force") for path in (name, number))
+    np.testing.assert_array_equal(by_name.largest_force, by_number.largest_force)
+    if scene is PAIR:
+        one, other = (wt.gradient(scene, "largest_force", [path]) for path in (name, number))
+        np.testing.assert_array_equal(one.largest_force_gradient, other.largest_force_gradient)
+
+
+@pytest.mark.parametrize(
+    ("path", "allowed"),
+    [
+        ("vehicle.bodies.car bdy.mass", "car body, bogie 1, bogie 2 (did you mean 'car body'?)"),
+        ("vehicle.bodies.mass", "the name of an item before it, as in 'vehicle.bodies.car body.mass'"),
+        ("vehicle.elements.primary sprng 2 left.stiffness", "names (did you mean 'primary spring 2 left'?)"),
+        ("vehicle.elements.Rub.force", "(did you mean 'rub'?)"),
+        ("vehicle.axles.wheelset 9.mass", "(did you mean 'wheelset 4'?)"),
+        ("irregularity.lft.0.height", "left (did you mean 'left'?)"),
+    ],
+)
+def test_a_wrong_name_is_refused_alike_everywhere_with_the_one_that_is_nearest(path, allowed):
+    for ask in (
+        lambda: COACH.replaced({path: 1.0}),
+        lambda: wt.sweep(COACH, {path: [1.0]}, "largest_force"),
+        lambda: wt.gradient(COACH, "largest_force", [path]),
+    ):
+        with pytest.raises(wt.InputError) as error:
+            ask()
+        assert str(error.value).startswith(f"{path}: found no such field")
+        assert allowed in str(error.value)
+
+
+def test_friction_that_is_none_is_refused_with_what_would_do():
+    with pytest.raises(wt.InputError, match="found 0 N; allowed: greater than 0, however little; a vehicle without"):
+        wt.sweep(COACH, {"vehicle.elements.rub.force": [0.0, 500.0]}, "largest_force")

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from wheeltapper.ask.study import Study, study_of
+from wheeltapper.ask.study import Study, study_of, value_in_si
 from wheeltapper.describe.profile.wheel_rail import BUILT_IN, WheelRail
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
 from wheeltapper.describe.table.content import digest
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, with_suggestion
 from wheeltapper.ground.memory import check_room
 from wheeltapper.record.features import named
 
@@ -40,7 +40,7 @@ def read_study(path: Path) -> dict[str, Any]:
     data = toml_table(path, "a study")
     unknown = [name for name in data if name not in FIELDS]
     if unknown:
-        raise InputError(str(path), unknown[0], f"the unknown name {unknown[0]!r}", ", ".join(FIELDS))
+        raise InputError(str(path), unknown[0], f"the unknown name {unknown[0]!r}", with_suggestion(unknown[0], FIELDS))
     for name in ("scenario", "over", "features"):
         if name not in data:
             raise InputError(str(path), name, "nothing", "a value, which is required here")
@@ -69,8 +69,9 @@ def described_study(spec: dict[str, Any]) -> Study:
     """Return the study that a specification describes."""
     options = {name: value for name, value in spec.items() if name not in NOT_OPTIONS}
     features = spec["features"] if isinstance(spec["features"], list) else [spec["features"]]
-    over = {path: _listed_values(path, values) for path, values in _flattened_tables(spec["over"]).items()}
-    return study_of(Scenario.of(spec["scenario"]), over, [named(what) for what in features], **options)
+    scenario = Scenario.of(spec["scenario"])
+    over = {path: _listed_values(scenario, path, values) for path, values in _flattened_tables(spec["over"]).items()}
+    return study_of(scenario, over, [named(what) for what in features], **options)
 
 
 def _flattened_tables(table: Any, prefix: str = "") -> dict[str, Any]:
@@ -85,7 +86,7 @@ def _flattened_tables(table: Any, prefix: str = "") -> dict[str, Any]:
     return out
 
 
-def _listed_values(path: str, values: Any) -> Any:
+def _listed_values(scenario: Scenario, path: str, values: Any) -> Any:
     """Return a list as it is, and a range {from, to, count, spacing} as its values."""
     if isinstance(values, list):
         return values
@@ -97,8 +98,11 @@ def _listed_values(path: str, values: Any) -> Any:
     first, last, count, spacing = values["from"], values["to"], values["count"], values.get("spacing", "linear")
     if not (isinstance(spacing, str) and spacing in SPACING and _is_whole(count) and count >= 1):
         raise InputError("", f"over.{path}", repr(values), 'a count of at least 1, and spacing "linear" or "log"')
+    if isinstance(first, str) or isinstance(last, str):
+        first, last = (value_in_si(scenario, path, end) for end in (first, last))
     if not (_is_number(first) and _is_number(last)):
-        raise InputError("", f"over.{path}", repr(values), "finite numbers in SI units")
+        allowed = "finite numbers in SI units, or strings with a unit"
+        raise InputError("", f"over.{path}", repr(values), allowed)
     if spacing == "log" and not first * last > 0:
         raise InputError("", f"over.{path}", repr(values), "ends of one sign, not zero, for spacing in logarithms")
     check_room(f"over.{path}", f"{count:.4g} values", 24.0 * count, "a smaller count")

@@ -229,10 +229,10 @@ def study_axis(question: run.Question, scenario: Scenario, path: str, values: An
 def _values_in_si(scenario: Scenario, path: str, values: Any) -> FloatArray:
     """Return numbers, or strings with a unit, as numbers."""
     listed = list(values) if hasattr(values, "__iter__") and not isinstance(values, str) else [values]
-    return np.array([_value_in_si(scenario, path, value) for value in listed])
+    return np.array([value_in_si(scenario, path, value) for value in listed])
 
 
-def _value_in_si(scenario: Scenario, path: str, value: Any) -> float:
+def value_in_si(scenario: Scenario, path: str, value: Any) -> float:
     """Return a value in SI units: a number as it is, anything else as the field itself reads it."""
     if isinstance(value, Real) and not isinstance(value, bool):
         return float(value)

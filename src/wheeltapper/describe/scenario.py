@@ -14,7 +14,8 @@ from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.creep.base import CreepLaw
 from wheeltapper.describe.irregularity.base import Irregularity
-from wheeltapper.describe.noun import Duration, Length, Noun, Speed, nouns_by_name
+from wheeltapper.describe.noun import Duration, Length, Noun, Speed
+from wheeltapper.describe.paths import changed_values
 from wheeltapper.describe.placement import Placement, check_places
 from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Profiles, WheelRail
 from wheeltapper.describe.track.base import Track
@@ -23,7 +24,7 @@ from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.wagon import Wagon, wagon_for
 from wheeltapper.ground.arguments import as_path
-from wheeltapper.ground.errors import InputError, value_text, with_suggestion
+from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import (
     ALONE,
     BOGIE,
@@ -207,15 +208,7 @@ class Scenario(Noun):
 
     def replaced(self, changes: dict[str, Any]) -> Scenario:
         """Return a changed copy; keys are paths such as "vehicle.mass" or "irregularity.0.height"."""
-        if not isinstance(changes, dict) or not all(isinstance(path, str) for path in changes):
-            raise InputError("", "changes", value_text(changes), 'paths with their values, as {"vehicle.mass": 1600}')
-        values: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields}
-        for path, value in changes.items():
-            head, *rest = path.split(".")
-            if head not in values:
-                raise InputError("", path, "no such field", with_suggestion(head, list(values)))
-            values[head] = _changed_table(values[head], rest, value, path)
-        return Scenario.model_validate(values)
+        return Scenario.model_validate(changed_values(self, changes))
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Scenario:
@@ -303,41 +296,6 @@ def toml_table(path: Path, what: str) -> dict[str, Any]:
     if version != FORMAT:
         raise InputError(str(path), "format", repr(version), f"{FORMAT}; a newer file needs a newer wheeltapper")
     return data
-
-
-def _changed_table(value: Any, rest: list[str], new: Any, path: str) -> Any:
-    if not rest:
-        return new
-    head, *deeper = rest
-    if isinstance(value, tuple):
-        i = _item_index(value, head)
-        if i is not None:
-            changed = _changed_table(value[i], deeper, new, path)
-            return (*value[:i], *(() if changed is None else (changed,)), *value[i + 1 :])
-    if isinstance(value, Placement) and head in value:
-        return dict(value) | {head: _changed_table(value[head], deeper, new, path)}
-    if isinstance(value, dict):  # already changed in another field
-        kind: Any = nouns_by_name().get(str(value.get("type")))
-        names = [*value] if kind is None else list(kind.model_fields)
-        if head in names:
-            return value | {head: _changed_table(value.get(head), deeper, new, path)}
-        raise InputError("", path, f"no such field {head!r}", with_suggestion(head, names))
-    if isinstance(value, Noun) and head in type(value).model_fields:
-        given = {name: getattr(value, name) for name in value.model_fields_set}
-        given[head] = _changed_table(getattr(value, head), deeper, new, path)
-        return {"type": type(value).__name__} | given
-    names = list(type(value).model_fields) if isinstance(value, Noun) else []
-    if isinstance(value, tuple):
-        names = [getattr(item, "name", str(i)) for i, item in enumerate(value)]
-    raise InputError("", path, f"no such field {head!r}", with_suggestion(head, names) or "nothing in it")
-
-
-def _item_index(items: tuple[Any, ...], key: str) -> int | None:
-    """Return the position of an item of a list: by its number from 0, by its name, or as "wheelset 1" and so on."""
-    if key.isdigit():
-        return int(key) if int(key) < len(items) else None
-    names = [getattr(item, "name", f"wheelset {i + 1}") for i, item in enumerate(items)]
-    return names.index(key) if key in names else None
 
 
 def names_a_file(table: dict[str, Any], key: str, value: str) -> bool:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BeforeValidator, ConfigDict, Field, field_serializer, field_validator, model_validator
 
 from wheeltapper.describe.noun import Noun, PositiveLength, Share, Spread
+from wheeltapper.describe.paths import value_at
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
 from wheeltapper.describe.sensor import DECK, Sensor
 from wheeltapper.ground.arguments import as_path
@@ -133,13 +134,10 @@ class Site(Noun):
             raise error.within("passage") from None
         for path in self.uncertainty:
             try:
-                self.passage.replaced({path: None})
+                held = value_at(self.passage, path)
             except InputError as error:
-                if "no such field" in error.found:
-                    raise InputError("", "uncertainty", repr(path), "paths of numbers in the passage") from error
-            held: Any = self.passage
-            for part in path.split("."):
-                held = held[int(part)] if part.isdigit() else getattr(held, part)
+                allowed = f"paths of numbers in the passage; there: {error.allowed}"
+                raise InputError("", "uncertainty", repr(path), allowed) from error
             if isinstance(held, bool) or not isinstance(held, int | float):
                 raise InputError("", "uncertainty", f"{path!r}, where there is no number", "paths of numbers")
         return self

@@ -9,6 +9,8 @@ from wheeltapper.ground.outcome import Outcome
 
 LONGEST = 80
 """Largest number of characters of a found value that a message shows."""
+MANY = 30
+"""Names that a message lists beside the one that was probably meant."""
 
 
 def value_text(value: object) -> str:
@@ -17,12 +19,27 @@ def value_text(value: object) -> str:
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
 
 
+def nearest_name(name: str, names: Iterable[str]) -> str | None:
+    """Return the name that was probably meant, also in other capitals or as a part of it; None if there is none."""
+    by_small = {one.casefold(): one for one in names}
+    small = name.casefold()
+    close = difflib.get_close_matches(small, by_small, n=1)
+    holding = [one for one in by_small if len(small) > 2 and small in one]
+    found = close[0] if close else holding[0] if len(holding) == 1 else None
+    return None if found is None else by_small[found]
+
+
 def with_suggestion(name: str, names: Iterable[str], listed: str | None = None) -> str:
-    """Return the allowed names (or `listed`, their text) with the one that was probably meant."""
+    """Return the allowed names (or `listed`, their text) with the one that was probably meant.
+
+    Many names are counted, where one of them is near.
+    """
     names = list(names)
-    close = difflib.get_close_matches(name, names, n=1)
-    hint = f" (did you mean {close[0]!r}?)" if close else ""
-    return (", ".join(names) if listed is None else listed) + hint
+    close = nearest_name(name, names)
+    if close is None:
+        return ", ".join(names) if listed is None else listed
+    told = f"one of {len(names)} names" if len(names) > MANY else ", ".join(names)
+    return f"{told if listed is None else listed} (did you mean {close!r}?)"
 
 
 class InputError(ValueError):

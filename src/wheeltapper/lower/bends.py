@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.base import PLACES
 from wheeltapper.describe.irregularity.course import Course
-from wheeltapper.describe.placement import Placement
+from wheeltapper.describe.paths import keys_of, with_value
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower import ellipse
@@ -56,10 +56,7 @@ class Courses:
             value = held + k * self.step
             items = scenario.irregularities
             if path.startswith("irregularity."):
-                _, index, *rest = path.split(".")
-                items = tuple(
-                    with_field(item, rest, value) if i == int(index) else item for i, item in enumerate(items)
-                )
+                items = with_value(items, keys_of(scenario, path)[1:], value)
             near = value if path == "vehicle.radius" else radius
             self._near[k] = [_moved(item.course(near), ahead) for item in items]
         self.base = base or [_moved(item.course(radius), ahead) for item in scenario.irregularities]
@@ -109,19 +106,6 @@ class Courses:
 
 def _moved(course: Course, ahead: float) -> Course:
     return course.moved(ahead) if ahead else course
-
-
-def with_field(value: Any, rest: list[str], new: float) -> Any:
-    """Return a noun, or nouns, with another number at a path; nothing is checked, as steps may lead beyond a bound."""
-    if not rest:
-        return new
-    head, *deeper = rest
-    if isinstance(value, Placement):
-        return Placement(value | {head: with_field(value[head], deeper, new)})
-    if head.isdigit():
-        i = int(head)
-        return (*value[:i], with_field(value[i], deeper, new), *value[i + 1 :])
-    return value.model_copy(update={head: with_field(getattr(value, head), deeper, new)})
 
 
 def _tangent_nodes(rows: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.placement import Placement
+from wheeltapper.describe.paths import value_at
 from wheeltapper.describe.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
@@ -35,10 +35,4 @@ class Fields:
         """Return the number (or array) at a path such as "vehicle.mass"."""
         if path in self.changed:
             return self.changed[path]
-        value: Any = self.scenario
-        for part in path.split("."):
-            if isinstance(value, Placement):
-                value = value[part]
-            else:
-                value = value[int(part)] if part.isdigit() else getattr(value, part)
-        return value
+        return value_at(self.scenario, path)

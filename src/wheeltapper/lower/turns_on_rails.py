@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.law import Law
+from wheeltapper.describe.paths import keys_of, plain_path, with_value
 from wheeltapper.describe.placement import Placement, parsed_place
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import DECK
-from wheeltapper.lower.bends import table_tangent, with_field
+from wheeltapper.lower.bends import table_tangent
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.first_order import STEP, WEIGHTS
 from wheeltapper.lower.many import shapes_the_path
@@ -40,6 +41,7 @@ def turn_along(scenario: Scenario, path: str, lowered: LoweredOnRails) -> System
     what = not_turned(scenario, path)
     if what:
         raise InputError("", path, f"{what}: `gradient` does not differentiate with respect to it", OFFERED)
+    path = plain_path(scenario, path)
     system = lowered.program.system
     held = [getattr(system.bodies, name) for name in MATRICES]
     wheels = len(system.contacts)
@@ -75,7 +77,7 @@ def _difference(scenario: Scenario, path: str, lowered: LoweredOnRails) -> tuple
     step, rails = STEP * abs(held) or 1.0, lowered.force
 
     def numbers_at(k: int) -> tuple[FloatArray, ...]:
-        near = on_wheels(with_field(scenario, path.split("."), held + k * step))
+        near = on_wheels(with_value(scenario, keys_of(scenario, path), held + k * step))
         laws = np.zeros((len(near.laws), 2))
         for row, law in zip(laws, near.laws, strict=True):
             if not isinstance(scenario.contact, Law):

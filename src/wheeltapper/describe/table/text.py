@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.table.content import LARGEST, decoded_text, file_content, numbered_lines
 from wheeltapper.describe.table.dialect import Dialect, Rows, check_unambiguous, dialect_of, usual_pattern
 from wheeltapper.describe.table.units import is_unit, name_and_unit, plain_unit
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, with_suggestion
 from wheeltapper.ground.quantities import UNITS
 
 COMMENT = ("#", "%", "!")
@@ -256,7 +256,8 @@ def column_named(columns: Sequence[C], argument: str, name: str | int, dimension
     if wanted.isdecimal() and not isinstance(name, bool) and int(wanted) < len(columns):
         return columns[int(wanted)]
     numbers = f"0 to {len(columns) - 1}, or " if wanted.lstrip("+-").isdecimal() else ""
-    raise InputError("", argument, repr(name), f"{numbers}one of: {column_list(columns)}")
+    listed = f"{numbers}one of: {column_list(columns)}"
+    raise InputError("", argument, repr(name), with_suggestion(wanted, [c.name for c in columns if c.name], listed))
 
 
 def column_list(columns: Sequence[_Named]) -> str:

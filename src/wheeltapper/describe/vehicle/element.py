@@ -19,6 +19,7 @@ from wheeltapper.describe.noun import (
     Noun,
     PositiveForce,
     PositiveStiffness,
+    SlidingForce,
     Speed,
     Stiffness,
 )
@@ -158,12 +159,15 @@ class Friction(Element):
 
     example: ClassVar[dict[str, Any]] = {"along": "z", "force": 500.0}
     along: Literal["x", "y", "z"]
-    force: PositiveForce
+    force: SlidingForce
     static_force: PositiveForce | None = None
     series_stiffness: PositiveStiffness | None = None
 
     @model_validator(mode="after")
-    def _check_static_force(self) -> Friction:
+    def _check_forces(self) -> Friction:
+        if self.force == 0.0:
+            allowed = "greater than 0, however little; a vehicle without friction has no such element (`without`)"
+            raise InputError("", "force", "0 N", allowed)
         if self.static_force is not None and self.static_force < self.force:
             allowed = f"at least force, {self.force:g} N"
             raise InputError("", "static_force", f"{self.static_force:g} N", allowed)

@@ -53,7 +53,7 @@ class Wagon(Vehicle):
         ends = {end for element in self.elements for end in element.between}
         unknown = next((end for end in sorted(ends) if end not in (*self.names, GROUND)), None)
         if unknown is not None:
-            raise InputError("", "elements", f"an end at {unknown!r}", f"{', '.join(self.names)}, {GROUND}")
+            raise InputError("", "elements", f"an end at {unknown!r}", with_suggestion(unknown, (*self.names, GROUND)))
         loose = next((body.name for body in self.bodies if body.name not in ends), None)
         if loose is not None:
             raise InputError("", "bodies", f"{loose!r} without a connection", "bodies that elements hold")

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.notes import Note
 from wheeltapper.ground.outcome import Outcome
@@ -144,10 +145,9 @@ class LimitCheck(Sequence[Compared], Shown):
         """Return a row by its number, or by the name of its limit."""
         if not isinstance(which, str):
             return self.rows[which]
-        found = next((row for row in self.rows if row.name == which), None)
-        if found is None:
-            raise InputError("", "limit", value_text(which), ", ".join(repr(row.name) for row in self.rows))
-        return found
+        rows = {row.name: row for row in self.rows}
+        check_choice(which, "limit", rows)
+        return rows[which]
 
     def __iter__(self) -> Iterator[Compared]:
         return iter(self.rows)

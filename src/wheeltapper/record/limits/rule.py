@@ -124,8 +124,9 @@ class Rule(Shown):
 
     def __post_init__(self) -> None:
         for name, choices in CHOICES.items():
-            if getattr(self, name) not in choices:
-                raise InputError("", name, value_text(getattr(self, name)), ", ".join(choices))
+            given = getattr(self, name)
+            if given not in choices:
+                raise InputError("", name, value_text(given), with_suggestion(str(given), choices))
         dimension = QUANTITIES[self.quantity]
         numbers = {"limit": dimension, "at_most": dimension} | MEASURES
         for field in fields(self):
@@ -290,7 +291,7 @@ def _checked_rule(entry: dict[str, Any], where: str, source: str) -> Rule:
     known = [field.name for field in fields(Rule)]
     for name in entry:
         if name not in known:
-            raise InputError(source, f"{where}.{name}", f"the unknown name {name!r}", ", ".join(known))
+            raise InputError(source, f"{where}.{name}", f"the unknown name {name!r}", with_suggestion(name, known))
     for name in ("name", "quantity", "limit", "level"):
         if name not in entry:
             raise InputError(source, f"{where}.{name}", "nothing", "a value, which is required here")
