@@ -145,3 +145,35 @@ def test_what_is_no_record_is_refused_in_one_line(what):
     with pytest.raises(wt.InputError, match=r"largest_force: found a .*; allowed: a record") as error:
         wt.features.largest_force()(what)
     assert "\n" not in str(error.value)
+
+
+MASS, LOAD, STIFFNESS, FALL = 1500.0, 91_307.0, 2e9, 0.1
+LONE = wt.Wheelset(mass=MASS, load=LOAD)
+FALLING = wt.Scenario(
+    vehicle=LONE, contact=wt.Linear(stiffness=STIFFNESS), speed=0.0, duration=1e-3,
+    start={"displacement": 0.0, "velocity": -FALL},
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("vehicle", [LONE, wt.vehicles.Wheelsets(wheelsets=(LONE, LONE), positions=(0.0, -2.5))])
+def test_a_force_without_a_maximum_is_largest_at_an_end_of_the_run(vehicle):
+    """The wheel falls on to a linear spring and is still going down at the end; the force there in closed form."""
+    omega, weight, end = np.sqrt(STIFFNESS / MASS), LOAD + 9.81 * MASS, 1e-3
+    deep = weight / STIFFNESS * (1.0 - np.cos(omega * end)) + FALL / omega * np.sin(omega * end)
+    scene = FALLING.replaced({"vehicle": vehicle})
+    record, features = wt.simulate(scene), ["largest_force", wt.features.largest_force(over_static=True)]
+    assert record.peaks.sizes["peak"] == 0
+    chart = wt.sweep(scene, {"duration": [end, 2.0 * np.pi / omega]}, features)
+    for found in (wt.features.largest_force()(record), chart.largest_force.isel(duration=0)):
+        np.testing.assert_allclose(found, STIFFNESS * deep, rtol=1e-9)
+    np.testing.assert_allclose(chart.largest_force_over_static * weight, chart.largest_force, rtol=1e-12)
+    whole = STIFFNESS * (weight / STIFFNESS + np.hypot(weight / STIFFNESS, FALL / omega))
+    np.testing.assert_allclose(chart.largest_force.isel(duration=1), whole, rtol=1e-9)  # its maximum
+
+
+def test_what_has_no_gradient_is_said():
+    chart = wt.gradient(BUMP, ["number_of_impacts", "largest_force"], ["speed"])
+    assert "largest_force_gradient" in chart
+    assert "no gradient of number_of_impacts: counts and bounds have none" in chart.attrs["notes"]
+    with pytest.raises(wt.InputError, match="features: found number_of_impacts, which has no derivatives"):
+        wt.gradient(BUMP, "number_of_impacts", ["speed"])

@@ -22,11 +22,13 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.record import balanced
 from wheeltapper.record.growth import Growth, growth_of
+from wheeltapper.record.record_trains import end_forces_of
 from wheeltapper.record.simulate import ModelWarning, say_that_it_compiles, simulate, warn_caller
 
 if TYPE_CHECKING:
     from wheeltapper.lower.many import LoweredCells
     from wheeltapper.march.ensemble import Marched
+    from wheeltapper.record.record import Record
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -252,6 +254,7 @@ class Others(NamedTuple):
     meets: Callable[[float], FloatArray]
     force_histories: Callable[[float], Iterable[FloatArray]]
     at_rest: bool
+    end_forces: Callable[[IntArray], FloatArray]
 
 
 def others_of(many: LoweredCells, block: slice) -> Others:
@@ -266,18 +269,23 @@ def others_of(many: LoweredCells, block: slice) -> Others:
         with np.errstate(divide="ignore", invalid="ignore"):  # of a wheel that does not roll
             return np.broadcast_to(place / Fields(many.scenario, changed)("speed"), len(cells))
 
+    def record_of(cell: int) -> Record:
+        one = many.scenario.replaced({path: float(values[cell]) for path, values in changed.items()})
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ModelWarning)  # the cells have said theirs
+            return simulate(one, many.method, progress=False)  # type: ignore[call-overload, no-any-return]
+
     def force_histories(rate: float) -> Iterable[FloatArray]:
-        for cell in range(len(cells)):
-            one = many.scenario.replaced({path: float(values[cell]) for path, values in changed.items()})
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", ModelWarning)  # the cells have said theirs
-                record = simulate(one, many.method, progress=False)  # type: ignore[call-overload]
-            yield record.history(rate).normal_force.values
+        return (record_of(cell).history(rate).normal_force.values for cell in range(len(cells)))
+
+    def end_forces(which: IntArray) -> FloatArray:
+        return np.array([float(end_forces_of(record_of(cell))[0]) for cell in which.tolist()])
 
     return Others(
         cache(lambda: balanced.missing_parts(many.program(cell) for cell in cells)),
         cache(lambda waves: growth_of(many.scenario, changed, many.method, waves)), meets, force_histories,
         isinstance(many.scenario.start, str),
+        end_forces,
     )  # fmt: skip
 
 

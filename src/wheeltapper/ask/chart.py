@@ -127,6 +127,6 @@ def chart_attributes(asked: Study, notes: tuple[str, ...]) -> dict[str, Any]:
     except ValueError:
         text = repr(asked.scenario)
     return {
-        "title": CHART_TITLE, "format": FORMAT, "scenario": text, "notes": json.dumps(list(notes)),
+        "title": CHART_TITLE, "format": FORMAT, "scenario": text, "notes": json.dumps([*asked.notes, *notes]),
         "method": asked.method, "wheeltapper": __version__, "numba": numba.__version__, "numpy": np.__version__,
     }  # fmt: skip

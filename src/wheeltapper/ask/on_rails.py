@@ -16,7 +16,7 @@ from wheeltapper.lower.numbers import Units
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record.growth import Growth
-from wheeltapper.record.record_trains import missing_energy_of
+from wheeltapper.record.record_trains import end_forces_of, missing_energy_of
 from wheeltapper.record.simulate import say_that_it_compiles
 from wheeltapper.record.trains import Trains, notes_of_cells
 
@@ -134,6 +134,7 @@ def trains_of(many: CellsOnRails, numbers: IntArray, marched: MarchedCells) -> T
     return Trains(
         found, units, missing_energy, lambda waves: Growth(np.nan * one, np.nan * one), meets, force_histories,
         isinstance(many.scenario.start, str),
+        lambda cells: of_each(end_forces_of)[cells],
     )  # fmt: skip
 
 

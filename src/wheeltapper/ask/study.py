@@ -21,6 +21,7 @@ from wheeltapper.ground.arguments import as_count, as_list, as_quantity, check_c
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.needs import Need
+from wheeltapper.ground.notes import Note
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.turns_on_rails import not_turned
 from wheeltapper.march import run
@@ -141,6 +142,12 @@ class Study:
             number for number, axis in enumerate(self.axes)
             if axis.path == "speed" or axis.path.startswith("track.") or axis.path.partition(".")[2] == "wheelbase"
         )  # fmt: skip
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What is asked and not computed."""
+        without = [feature.name for feature in self.features if not feature.differentiable and self.gradient]
+        return (Note(f"no gradient of {', '.join(without)}: counts and bounds have none"),) if without else ()
 
     @property
     def needs_tally(self) -> bool:
@@ -282,6 +289,9 @@ def study_of(
         if name in getattr(holder, "stepwise", ()):
             found = f"a field that chooses the waves of a {type(holder).__name__}, which has no derivative by it"
             raise InputError("", path, found, "another field")
+    if by and not any(feature.differentiable for feature in asked):
+        names = ", ".join(feature.name for feature in asked)
+        raise InputError("", "features", f"{names}, which has no derivatives", "a feature that is no count or bound")
     check_along(question, scenario, by)
     _check_questions(asked, question, scenario)
     differ = bool(by) and _has_no_tangents(scenario, by, [axis.path for axis in axes], asked)

@@ -72,7 +72,15 @@ def trains_of(record: Record, tally: bool) -> Trains:
     return Trains(
         marched, Units(one, one, one, static, one), lambda: one * missing_energy_of(record), growth, meets,
         force_histories, isinstance(record.scenario.start, str),
+        force_histories, lambda cells: end_forces_of(record)[cells],
     )  # fmt: skip
+
+
+def end_forces_of(record: Record) -> FloatArray:
+    """Return the larger one of the forces of each train at both ends of a run, N."""
+    ends = record.at([0.0, record.end])
+    forces = ends.vertical_force if record._contacts.has_sides else ends.normal_force
+    return np.asarray(forces.values.reshape(2, -1).max(axis=0))
 
 
 def missing_energy_of(record: Record) -> float:

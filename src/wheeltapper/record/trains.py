@@ -106,6 +106,7 @@ class Trains:
     meets: Callable[[float], FloatArray]  # (cells,) when the wheel is at a position (m), s
     force_histories: Callable[[float], Iterable[FloatArray]]  # N of each cell, so many times in a second
     at_rest: bool  # whether the runs begin in equilibrium
+    end_forces: Callable[[IntArray], FloatArray]  # of some cells, the larger one of those at both ends of the run, N
     notes: list[tuple[int, Note]] = field(default_factory=list)  # what features say of a train, by its number
 
     @property
@@ -170,6 +171,18 @@ class Trains:
             "impact": peaks[:, contract.PEAK_IMPACT].real,
         }
         return Rows(first, columns)
+
+    @cached_property
+    def largest_force(self) -> Values:
+        """(cells,) largest maximum of the force, N; where the run has none, the larger force of its two ends.
+
+        Its derivatives are not known at the ends.
+        """
+        found = self.peaks.largest_entry("force")
+        without = np.flatnonzero(np.isnan(found.real) & self.is_complete)
+        if len(without):
+            found[without] = self.end_forces(without) + (1j * np.nan if np.iscomplexobj(found) else 0.0)
+        return found
 
     def _rows_of_kind(self, kind: int) -> Rows:
         events, units = self.marched.events, self.units

@@ -22,16 +22,19 @@ def force_ratio(first: int = 1, second: int = 2) -> Feature:
 
 @feature
 def largest_force(over_static: bool = False) -> Feature:
-    """Return the largest maximum of the contact force, N; `over_static`: divided by the static force N0."""
+    """Return the largest maximum of the contact force, N; `over_static`: divided by the static force N0.
+
+    Where the force has no maximum within the run, it is the larger one of the forces at its ends.
+    """
     check_flag(over_static, "over_static")
     if over_static:
         return Feature(
             "largest_force_over_static", "", "largest maximum of the contact force, over the static force", 0, "end",
-            lambda trains: trains.peaks.largest_entry("force") / trains.static_force,
+            lambda trains: trains.largest_force / trains.static_force,
         )  # fmt: skip
     return Feature(
         "largest_force", "N", "largest maximum of the contact force, per wheelset", 0, "end",
-        lambda trains: trains.peaks.largest_entry("force"),
+        lambda trains: trains.largest_force,
     )  # fmt: skip
 
 
