@@ -127,3 +127,39 @@ def test_a_wagon_s_record_that_does_not_balance_is_loaded(tmp_path, monkeypatch)
     assert record.outcome is Outcome.UNBALANCED
     record.save(tmp_path / "a.nc")
     assert str(wt.load(tmp_path / "a.nc")) == str(record)
+
+
+def cubic(delta):
+    return 1.4e11 * delta**1.5 * (1.0 + 200.0 * delta)
+
+
+def damped(delta, rate):
+    return 1.4e11 * delta**1.5 * (1.0 + 0.1 * rate)
+
+
+@pytest.mark.parametrize("force", [cubic, damped, lambda delta: 1.3e11 * delta**1.5])
+def test_a_record_with_a_law_of_ones_own_comes_back_with_its_function(force, tmp_path):
+    record = wt.simulate(WHEELSET.replaced({"contact": wt.contact.Law(force)}))
+    record.save(tmp_path / "a.nc")
+    again = wt.load(tmp_path / "a.nc", law=force)
+    assert str(again) == str(record)
+    assert again.scenario == record.scenario
+    times = np.linspace(0.0, record.end, 50)
+    np.testing.assert_array_equal(again.at(times).normal_force, record.at(times).normal_force)
+    name = f"{force.__module__}.{force.__qualname__}"
+    for given, found in (
+        (None, f"the name of a Python function, {name!r}"),
+        (lambda delta: force(delta, 0.0) if force is damped else (1.0 + 1e-9) * force(delta), "returns other forces"),
+        ("a text", "contact, force"),
+    ):
+        with pytest.raises(wt.InputError) as error:
+            wt.load(tmp_path / "a.nc", law=given)
+        if given != "a text":
+            assert found in str(error.value)
+            assert f"with the function that the record was made with, {name}" in str(error.value)
+
+
+def test_a_function_for_a_record_without_a_law_of_ones_own_is_refused(tmp_path):
+    wt.simulate(WHEELSET).save(tmp_path / "a.nc")
+    with pytest.raises(wt.InputError, match="law: found a function; allowed: none, as this record's contact is no"):
+        wt.load(tmp_path / "a.nc", law=cubic)

@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -411,3 +412,14 @@ def test_kernels_are_compiled_before_the_first_chunk(tmp_path, monkeypatch):
     assert [{path: values.tolist() for path, values in cell.items()} for cell in done] == [
         {"vehicle.damping": [2e4], "vehicle.mass": [800.0]}
     ]
+
+
+def test_a_scheduler_that_does_not_answer_is_waited_for_with_a_word_and_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(filling, "ANSWER", 0.5)
+    study = written(tmp_path)
+    for address in ("tcp://127.0.0.1:9", "nonsense"):
+        assert main(["sweep", str(study), "--output", str(tmp_path / "x.zarr"), "--scheduler", address]) == 2
+        said = capsys.readouterr().err
+        assert f"looking for the scheduler at {address}, for 0.5 s at most" in said
+        assert f"--scheduler: found '{address}', where no scheduler answers in 0.5 s" in said
+        shutil.rmtree(tmp_path / "x.zarr")

@@ -202,3 +202,25 @@ def test_what_cannot_be_reduced_is_refused():
     step = wt.Step(height=1e-4, position=0.05)
     with pytest.raises(wt.InputError, match="the same on both rails"):
         wt.reduced(scene(irregularity={"left": step}), wheelset=1)
+
+
+def test_the_critical_speed_says_how_it_takes_friction_and_what_it_is_without():
+    """Elastic and rigid friction that sticks are a spring and a link; without them the coach is the plain one."""
+    place = {"between": ("car body", "bogie 1"), "at": (-1.28, 1.0, 0.8), "along": "x", "force": 500.0}
+    more = place | {"between": ("car body", "bogie 2"), "at": (-20.28, 1.0, 0.8), "series_stiffness": 1e7}
+    held = {name: place[name] for name in ("between", "at")}
+    rubbing, tied = wt.Wagon.erri_b176(), wt.Wagon.erri_b176()
+    for element in (wt.vehicles.Friction(name="one", **place), wt.vehicles.Friction(name="other", **more)):
+        rubbing = rubbing.with_element(element)
+    tied = tied.with_element(wt.vehicles.Link(name="one", along=("x",), **held)).with_element(
+        wt.vehicles.Spring(name="other", stiffness=(1e7, 0.0, 0.0), **held | {n: more[n] for n in held})
+    )
+    with pytest.warns(ModelWarning) as said:
+        found = wt.stability.critical_speed(scene(rubbing), lowest=40.0)
+    assert isinstance(found, float)
+    assert found == pytest.approx(wt.stability.critical_speed(scene(tied), lowest=40.0), rel=2e-4)
+    (text,) = [str(one.message) for one in said]
+    assert "friction which sticks: 'one' as rigid, 'other' as its spring" in text
+    without = wt.stability.critical_speed(scene(), lowest=40.0)
+    assert f"without this friction it is {without:.4g} m/s" in text
+    assert abs(without / found - 1.0) > 0.05

@@ -443,3 +443,43 @@ def test_the_report_command_diagnoses_suspicious_axles_over_a_deck(tmp_path, cap
     capsys.readouterr()
     assert main([*asked, "--diagnosed", "some", "-o", str(tmp_path / "wrong")]) == 2
     assert "--diagnosed" in capsys.readouterr().err
+
+
+PLACES = {"contact force": {"x1": 0.1, "x2": 0.5}, "rail shear force": {"x1": 0.7, "x2": 1.1},
+          "pad force": {"seat": 3}, "sleeper force": {"x": 2.4}}  # fmt: skip
+TRACKSIDE = [
+    {"kind": kind, "name": f"{side} {kind}", "side": side, "gain": 1 / 3, "gain_uncertainty": 0.1, "unit": "kN"} | place
+    for kind, place in PLACES.items() for side in ("left", "right")
+]  # fmt: skip
+WITH_DECK = wt.load(ROOT / "examples" / "site.toml")
+
+
+@pytest.mark.parametrize(
+    "site",
+    [
+        Site(sensor=TRACKSIDE, spacing=0.6, radius=0.45, name="kilometre 7"),
+        WITH_DECK,
+        Site(sensor=[WITH_DECK.sensor, *TRACKSIDE], passage=WITH_DECK.passage, spacing=0.6, uncertainty={"speed": 0.1}),
+        WITH_DECK.replaced({
+            "trigger": None, "misfit": 0.01, "uncertainty": {"irregularity.0.depth": 0.1},
+            "passage.irregularity": wt.WheelFlat(depth=1e-4, position=1.0),
+        }),
+        WITH_DECK.replaced({"sensor.range": 300.0, "sensor.bits": 12, "sensor.cutoff": 2e3, "sensor.drift": 0.1}),
+    ],
+)  # fmt: skip
+def test_a_site_comes_back_from_its_file(site, tmp_path):
+    site.to_toml(tmp_path / "site.toml")
+    again = wt.load(tmp_path / "site.toml")
+    assert again == site
+    assert again.trigger == site.trigger
+    assert ["rate" in one.model_fields_set for one in again.sensors] == [False] * len(site.sensors)
+
+
+def test_a_changed_site_differs_in_that_alone():
+    site = Site(sensor=TRACKSIDE, spacing=0.6)
+    changed = site.replaced({"sensors.left pad force.gain": 1.02, "radius": "460 mm"})
+    gains = [one.gain for one in changed.sensors]
+    assert gains == [1.02 if one.name == "left pad force" else one.gain for one in site.sensors]
+    assert (changed.radius, changed.spacing) == (0.46, 0.6)
+    with pytest.raises(wt.InputError, match=r"sensors.lft pad force.gain: .*did you mean 'left pad force'"):
+        site.replaced({"sensors.lft pad force.gain": 1.0})

@@ -35,6 +35,8 @@ the network."""
 PATIENCE = 120.0
 """Time that a cluster may be without workers, s. After that it is given up. On a busy machine a worker needs half a
 minute to start again."""
+ANSWER = 30.0
+"""Time in which a scheduler has to answer, s."""
 LOCAL = {
     "distributed.nanny.pre-spawn-environ": ENVIRONMENT,
     "distributed.deploy.lost-worker-timeout": f"{PATIENCE:g}s",
@@ -118,12 +120,23 @@ def _filled_here(store: Store, todo: list[Place], workers: int, scheduler: str |
 def _on_cluster(store: Store, todo: list[Place], workers: int, scheduler: str | None) -> Iterator[Done]:
     distributed: Any = import_module("distributed")
     if scheduler:
-        with distributed.Client(scheduler) as client:
+        with _connected(scheduler) as client:
             yield from _filled_on_cluster(client, store, todo)
         return
     dask: Any = import_module("dask")
     with dask.config.set(LOCAL), _local_cluster(workers) as cluster, distributed.Client(cluster) as client:
         yield from _filled_on_cluster(client, store, todo)
+
+
+def _connected(scheduler: str) -> Any:
+    """Return a client of a scheduler; say that it is waited for, and refuse one that does not answer."""
+    distributed: Any = import_module("distributed")
+    say(f"looking for the scheduler at {scheduler}, for {ANSWER:g} s at most")
+    try:
+        return distributed.Client(scheduler, timeout=f"{ANSWER:g}s")
+    except (OSError, ValueError) as error:
+        found = f"{scheduler!r}, where no scheduler answers in {ANSWER:g} s ({error})"
+        raise InputError("", "--scheduler", found, "the address of a Dask scheduler, as tcp://host:8786") from error
 
 
 def _local_cluster(workers: int) -> Any:

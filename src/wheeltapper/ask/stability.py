@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -10,13 +11,14 @@ import numpy as np
 
 from wheeltapper.ask.modes import STILL, linear_system, modes
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.vehicle.element import Friction
 from wheeltapper.ground.arguments import as_between, as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
-from wheeltapper.record.simulate import warn_caller
+from wheeltapper.record.simulate import ModelWarning, warn_caller
 
 __all__ = ["critical_speed"]
 
@@ -38,7 +40,8 @@ def critical_speed(
 
     It lies between `lowest` and `highest`. Stability is tested every 2 m/s there: an unstable range of speeds that is
     narrower may be missed. A mode that neither grows nor decays (its damping ratio within 1e-9 of zero) does not count
-    as hunting; a warning names it.
+    as hunting; a warning names it. Dry friction is taken to stick; where there is some, a warning says how each element
+    is taken, and what the critical speed is without them.
 
     Parameters
     ----------
@@ -59,8 +62,6 @@ def critical_speed(
         If the vehicle is no wagon, there is no creep law, the speeds do not rise, or a deviation grows already at the
         lowest of them: the critical speed is then below.
     """
-    from scipy.optimize import brentq
-
     scenario = as_scenario(scenario)
     run.choose(run.CRITICAL_SPEED, scenario.needs)
     lowest, highest = (
@@ -70,6 +71,17 @@ def critical_speed(
     if not 0.0 < lowest < highest:
         raise InputError("", "lowest, highest", f"{lowest:g} m/s and {highest:g} m/s", "speeds above zero that rise")
     level = scenario.replaced({"irregularity": None})
+    with progress_shown(progress, "speeds in m/s"):
+        found = _first_growth(level, lowest, highest, tolerance)
+        sticking = [element for element in level.vehicle.elements if isinstance(element, Friction)]
+        if sticking:
+            warn_caller(_friction_text(level, sticking, found, (lowest, highest, tolerance)))
+        return found
+
+
+def _first_growth(level: Scenario, lowest: float, highest: float, tolerance: float) -> float:
+    """Return the lowest speed at which a deviation grows, infinity if there is none."""
+    from scipy.optimize import brentq
 
     def growth_rate(speed: float) -> float:
         linear = linear_system(lower_wagon(level.replaced({"speed": float(speed)})))
@@ -78,13 +90,34 @@ def critical_speed(
         return float((values.real - ROUNDING * np.maximum(size, 1.0))[size > STILL].max())
 
     speeds = np.linspace(lowest, highest, ceil((highest - lowest) / STEP) + 1)
-    with progress_shown(progress, "speeds in m/s"):
-        _check_slowest(level.replaced({"speed": float(lowest)}), growth_rate(lowest))
-        for slower, faster in zip(speeds[:-1], speeds[1:], strict=True):
-            report("speeds in m/s", float(slower), float(highest))
-            if growth_rate(faster) > 0.0:
-                return float(brentq(growth_rate, slower, faster, rtol=tolerance))
-        return float("inf")
+    _check_slowest(level.replaced({"speed": float(lowest)}), growth_rate(lowest))
+    for slower, faster in zip(speeds[:-1], speeds[1:], strict=True):
+        report("speeds in m/s", float(slower), float(highest))
+        if growth_rate(faster) > 0.0:
+            return float(brentq(growth_rate, slower, faster, rtol=tolerance))
+    return float("inf")
+
+
+def _friction_text(level: Scenario, sticking: list[Friction], found: float, search: tuple[float, float, float]) -> str:
+    """Return how friction is taken, and the critical speed without it."""
+    lowest, highest, _ = search
+
+    def speed_text(speed: float) -> str:
+        return f"{speed:.4g} m/s" if np.isfinite(speed) else f"above {highest:.4g} m/s"
+
+    ways = [f"{one.name!r} as {'rigid' if one.series_stiffness is None else 'its spring'}" for one in sticking]
+    more = f" and {len(ways) - 3} more" if len(ways) > 3 else ""
+    try:
+        free = level.replaced({"vehicle": level.vehicle.without(*(one.name for one in sticking))})
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ModelWarning)  # of modes that friction alone damps
+            other = speed_text(_first_growth(free, *search))
+    except InputError as error:
+        other = f"below {lowest:.4g} m/s" if "grows already" in error.found else f"none ({error})"
+    return (
+        f"the critical speed, {speed_text(found)}, is that of friction which sticks: {', '.join(ways[:3])}{more}; "
+        f"of the vehicle without this friction it is {other}; while it slides, growth depends on the size of the motion"
+    )
 
 
 def _check_slowest(scenario: Scenario, growth: float) -> None:

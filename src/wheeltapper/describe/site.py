@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BeforeValidator, ConfigDict, Field, field_serializer, field_validator, model_validator
 
 from wheeltapper.describe.noun import Noun, PositiveLength, Share, Spread
-from wheeltapper.describe.paths import value_at
-from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
+from wheeltapper.describe.paths import changed_values, value_at
+from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table, write_toml
 from wheeltapper.describe.sensor import DECK, Sensor
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
@@ -151,6 +151,14 @@ class Site(Noun):
     def __hash__(self) -> int:
         own = (self.passage, self.sensor, self.sensors, self.spacing, self.radius)
         return hash((*own, tuple(self.uncertainty.items()), self.misfit, self.trigger, self.name))
+
+    def replaced(self, changes: dict[str, Any]) -> Site:
+        """Return a changed copy; keys are paths such as "spacing", "sensors.0.gain" or "sensors.left 1.gain"."""
+        return Site.model_validate(changed_values(self, changes))
+
+    def to_toml(self, path: str | Path) -> None:
+        """Write the site as TOML, which `from_toml` and the commands read back as it is."""
+        write_toml(self, path)
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Site:

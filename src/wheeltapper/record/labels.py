@@ -73,7 +73,10 @@ LABELS = {
     "frame_pitch_acceleration": ("rad/s^2", "acceleration of the frame's pitch"),
     "lateral_shift": ("m", "shift of the wheel from its middle position, outwards"),
     "permanent_indentation": ("m", "indentation that is left if the contact unloads now, of both bodies together"),
-    "displacement": ("m or rad", "displacement of a body's centre of gravity from unstretched springs, or rotation"),
+    "displacement": (
+        "m or rad",
+        "displacement of a body's centre of gravity from first touch, or rotation",
+    ),
     "velocity": ("m/s or rad/s", "velocity of a body"),
     "acceleration": ("m/s^2 or rad/s^2", "acceleration of a body"),
     "deck_displacement": ("m", "displacement of the deck from its static position, upwards"),

@@ -71,8 +71,7 @@ def trains_of(record: Record, tally: bool) -> Trains:
 
     return Trains(
         marched, Units(one, one, one, static, one), lambda: one * missing_energy_of(record), growth, meets,
-        force_histories, isinstance(record.scenario.start, str),
-        force_histories, lambda cells: end_forces_of(record)[cells],
+        force_histories, isinstance(record.scenario.start, str), lambda cells: end_forces_of(record)[cells],
     )  # fmt: skip
 
 

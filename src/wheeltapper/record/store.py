@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.scenario import Scenario, toml_table
 from wheeltapper.describe.site import Site
 from wheeltapper.describe.table.content import LARGEST
@@ -20,6 +22,7 @@ from wheeltapper.record.checksum import is_damaged
 from wheeltapper.record.contacts import SIDES, SURFACES
 from wheeltapper.record.kinds import kind_of
 from wheeltapper.record.labels import BRANCH_TITLE, EVENT_KINDS, WEAR_TITLE, attributes_of, flag_variable
+from wheeltapper.record.own_law import law_again, stored_law
 from wheeltapper.record.reading_arrays import check_hdf5
 from wheeltapper.record.record import Record
 from wheeltapper.record.stored import FORMAT, UNDAMAGED, method_of, notes, rising, table, version_of
@@ -79,9 +82,12 @@ def save(record: Record, path: Path) -> None:
 
 
 def _scenario_text(scenario: Scenario) -> str:
-    """Return the scenario as JSON, or its printed form if it holds a Python function."""
+    """Return the scenario as JSON, or its printed form if it holds a Python function that is no contact's law."""
+    law = scenario.contact if isinstance(scenario.contact, Law) else None
     try:
-        return json.dumps(scenario.model_dump(mode="json"))
+        plain = scenario if law is None else scenario.model_copy(update={"contact": None})
+        own = {} if law is None else {"contact": stored_law(law)}
+        return json.dumps(plain.model_dump(mode="json") | own)
     except ValueError:
         return repr(scenario)
 
@@ -92,7 +98,7 @@ RECORD = "a record saved by wheeltapper"
 """What a netCDF file must be, for messages."""
 
 
-def load(path: str | Path, *, largest: float = LARGEST) -> Any:
+def load(path: str | Path, *, law: Callable[..., Any] | None = None, largest: float = LARGEST) -> Any:
     """Load by suffix: .toml is a `Scenario` or a `Site`, .nc a record, a wear or a branch, .zarr a chart.
 
     A wear is what `wear_in` keeps in a file, a branch what the command `orbits` writes.
@@ -101,6 +107,9 @@ def load(path: str | Path, *, largest: float = LARGEST) -> Any:
     ----------
     path
         Path of the file, or of the folder of a chart.
+    law
+        For a record with a contact of one's own, a `Law`: its Python function. A file names it but does not hold it,
+        and loading imports nothing; the function given has to return the forces that the file has kept.
     largest
         Largest unpacked size of a .nc file, bytes.
 
@@ -120,12 +129,12 @@ def load(path: str | Path, *, largest: float = LARGEST) -> Any:
         is_site = not {"passage", "sensor", "sensors"}.isdisjoint(toml_table(path, "a scenario or a site"))
         return Site.from_toml(path) if is_site else Scenario.from_toml(path)
     try:
-        return _load_record(path, largest) if suffix == ".nc" else load_chart(path)
+        return _load_record(path, law, largest) if suffix == ".nc" else load_chart(path)
     except InputError as error:
         raise error.at(str(path)) from None
 
 
-def _load_record(path: Path, largest: float) -> Any:
+def _load_record(path: Path, law: Any, largest: float) -> Any:
     import xarray as xr
 
     try:
@@ -145,20 +154,26 @@ def _load_record(path: Path, largest: float) -> Any:
     if data.attrs.get("format") is None or "march_steps" not in data:
         raise InputError("", "", "a file that wheeltapper did not write", RECORD)
     version_of(data)
-    scenario = _scenario_of(data)
+    scenario = _scenario_of(data, law)
     return Record(scenario, method_of(data), *kind_of(scenario).read(scenario, data))
 
 
-def _scenario_of(data: Any) -> Scenario:
-    """Return the scenario in a file."""
+def _scenario_of(data: Any, law: Any = None) -> Scenario:
+    """Return the scenario in a file; `law` is the function of its contact, where this is a `Law`."""
     text = str(data.attrs.get("scenario", ""))
     try:
-        return Scenario.of(json.loads(text))
+        table = json.loads(text)
+        contact = table.get("contact") if isinstance(table, dict) else None
+        if isinstance(contact, dict) and contact.get("type") == "Law":
+            table["contact"] = law_again(contact, law)
+        elif law is not None:
+            raise InputError("", "law", "a function", "none, as this record's contact is no `Law`")
+        return Scenario.of(table)
     except InputError as error:
         raise InputError("", f"scenario, {error.field}", error.found, error.allowed) from None
     except (ValueError, RecursionError):
         found = "a Python function, which a file cannot hold" if text.startswith("Scenario(") else repr(text[:60])
-        raise InputError("", "scenario", found, "a scenario without a Profile or a Law") from None
+        raise InputError("", "scenario", found, "a scenario without a Profile") from None
 
 
 def check_branch(data: Any) -> Any:

@@ -182,6 +182,9 @@ class Friction(Element):
 class Stop(Element):
     """A force that is a piecewise linear function of the relative displacement in one direction, odd in it.
 
+    The displacement counts from the static state, in which the springs carry the vehicle and a stop has no force: a gap
+    is the way that is left to it under the load.
+
     Parameters
     ----------
     along
