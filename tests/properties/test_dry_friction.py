@@ -204,6 +204,32 @@ def test_a_pair_that_moves_alike_sticks_and_slides_as_one(limits, pitches, track
     assert float(both.energy.relative_imbalance) < 1e-9
 
 
+@pytest.mark.filterwarnings("ignore")  # some bumps are sharper than a wheel
+def test_many_that_stick_in_turn_give_no_energy():
+    # up to six elements of random forces beside a body that may roll and pitch, a bump below one side or both
+    slips = 0
+    for seed in range(24):
+        draw = np.random.default_rng(seed)
+        elements = []
+        for number in range(draw.integers(1, 4)):
+            force = 10 ** draw.uniform(2.0, 4.0)
+            elements.append((f"{number}", draw.choice([-1.0, 0.0, 1.0]), force, force * draw.choice([1.0, 1.2, 1.8])))
+        height = draw.choice([-1.0, 1.0]) * 10 ** draw.uniform(-4.5, -2.8)
+        bump = wt.CosineBump(height=height, length=draw.uniform(0.05, 1.0), start=0.02)
+        free = [(), ("roll",), ("pitch",), ("roll", "pitch")][seed % 4]
+        record = over_hump(
+            *elements, free=free, wheelbase=1.8, irregularity=bump if seed % 3 else {"left": bump},
+            speed=draw.uniform(5.0, 30.0),
+        )  # fmt: skip
+        assert record.outcome is Outcome.COMPLETED, seed
+        assert float(record.energy.relative_imbalance) < 1e-10, seed
+        for name in np.unique(record.suspension_events.element):
+            times, _ = changes_of(record, name)
+            assert np.diff(times).min(initial=1.0) > 1e-10, seed  # none begins to slide and sticks at once
+        slips += record.suspension_events.sizes["suspension_event"]
+    assert slips > 200
+
+
 @pytest.mark.parametrize("track", [None, "rails"])
 def test_symmetric_input_stays_symmetric_where_a_body_may_roll(track):
     # let go one after the other, the first takes so much of what the body needs that the second holds

@@ -263,6 +263,24 @@ def test_ties_within_rounding_go_together():
     assert list(sides) == [0.0, 0.0]
 
 
+def test_one_at_its_limit_slides_alone_however_small_its_part():
+    # independent rows of very different inertias, all but one of the forces inside of their limits
+    draw = np.random.default_rng(22)
+    for count in [1, 2, 3, 4, 5] * 10:
+        rows = draw.normal(size=(count, count))
+        Y = rows @ np.diag(10 ** draw.uniform(-2.5, 2.5, count)) @ rows.T
+        forces = 10 ** draw.uniform(1.0, 4.0, count)
+        limits = forces * draw.choice([1.0, 1.5], count)
+        which = int(draw.integers(count))
+        f = limits * draw.uniform(-0.9, 0.9, count)
+        f[which] = limits[which] * (1.0 + 1e-11)
+        ends = np.zeros(count)
+        sides = decide_rest(Y, Y @ f, np.ones(count), limits, forces, np.zeros(count), ends)
+        assert sides[which] == 1.0
+        if limits[which] == forces[which]:  # its force goes on as it was, and so do the others
+            assert np.abs(sides).sum() == 1.0
+
+
 @pytest.mark.parametrize(
     ("numbers", "begin"),
     [

@@ -11,7 +11,8 @@ method of active sets (Nocedal and Wright, Numerical Optimization, section 16.5)
     all forces are inside of their bounds, and zero
     until nothing changes:
         go towards the least forces by which those inside have a = 0; who comes to a bound on the way stays at it
-        there?  those at a bound whose acceleration, or least force, is on the other side are inside again
+        there?  those at a bound whose acceleration is on the other side are inside again, and of those that would not
+                move the ones with which all forces would be less
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ REDUNDANT = 1e-10
 """Share of the largest singular value of Y below which others are zero."""
 TIE = 1e-9
 """Share of its bound below it to which the force of a slider that sticks may come; those that are nearer slide."""
-ROUNDING = 1e-12
+AT_BOUND = 1e-12
 """Share of its parts up to which an acceleration is zero, and of its bound up to which a force is at it."""
-MOST_ROUNDS = 50
-"""Most rounds for each slider; random problems take less than two."""
+ROUNDS_EACH = 50
+"""Most rounds for each slider; but for rounding the method ends by itself."""
 
 
 @kernel
@@ -40,6 +41,12 @@ def inverse_of_some(chosen: FloatArray, Y: FloatArray) -> FloatArray:
         for j in range(count):
             among[i, j] = Y[i, j] * chosen[i] * chosen[j]
     return np.ascontiguousarray(np.linalg.pinv(among, REDUNDANT))
+
+
+@kernel
+def _is_alone(i: int, Y: FloatArray, inverse: FloatArray) -> bool:
+    """Return True for a slider that yields although those inside of their bounds do not."""
+    return bool(Y[i, i] - Y[i] @ (inverse @ Y[i]) > REDUNDANT * Y[i, i])
 
 
 @kernel
@@ -55,7 +62,7 @@ def _go_towards(goal: FloatArray, bounds: FloatArray, f: FloatArray, ends: Float
             continue
         f[i] += part * (goal[i] - f[i])
         side = np.sign(goal[i])
-        if abs(goal[i]) > bounds[i] and side * f[i] >= (1.0 - ROUNDING) * bounds[i]:
+        if abs(goal[i]) > bounds[i] and side * f[i] >= (1.0 - AT_BOUND) * bounds[i]:
             f[i], ends[i], stopped = side * bounds[i], side, True
     return stopped
 
@@ -70,7 +77,7 @@ def confine(Y: FloatArray, free: FloatArray, bounds: FloatArray, f: FloatArray, 
     f[:] = 0.0
     ends[:] = 0.0
     inverse = np.zeros((count, count))
-    for _ in range(MOST_ROUNDS * count):
+    for _ in range(ROUNDS_EACH * count):
         inside = 1.0 - np.abs(ends)
         inverse = inverse_of_some(inside, Y)
         if _go_towards(inverse @ (inside * (free - Y @ (f - inside * f))), bounds, f, ends):
@@ -79,19 +86,13 @@ def confine(Y: FloatArray, free: FloatArray, bounds: FloatArray, f: FloatArray, 
         lean = f - Y @ (inverse @ (inside * f))  # how the sum of f² grows with each force at its bound
         returned = False
         for i in range(count):
-            rounding = ROUNDING * (abs(free[i]) + np.abs(Y[i]) @ bounds)
-            along = ends[i] * a[i]
-            if along < -rounding or (along <= rounding and ends[i] * lean[i] > TIE * bounds[i]):
+            least = -AT_BOUND * (abs(free[i]) + np.abs(Y[i]) @ bounds)
+            returns = ends[i] * a[i] < least if _is_alone(i, Y, inverse) else ends[i] * lean[i] > TIE * bounds[i]
+            if returns:
                 ends[i], returned = 0.0, True
         if not returned:
             break
     return inverse
-
-
-@kernel
-def _is_alone(i: int, Y: FloatArray, inverse: FloatArray) -> bool:
-    """Return True for a slider that yields although those inside of their bounds do not."""
-    return bool(Y[i, i] - Y[i] @ (inverse @ Y[i]) > REDUNDANT * Y[i, i])
 
 
 @kernel
