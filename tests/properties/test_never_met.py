@@ -130,11 +130,11 @@ def test_a_wagons_wheelset_far_behind_does_not_reach_its_flat():
 @pytest.mark.parametrize(
     ("anomaly", "met"),
     [
-        (wt.tracks.HangingSleeper(seat=8), False),
-        (wt.tracks.HangingSleeper(seat=8, void=1e-3), False),
-        (wt.tracks.MissingPad(seat=-5), False),
-        (wt.tracks.MissingPad(seat=-4), True),  # at -2.4 m, near which the second wheelset begins
-        (wt.tracks.HangingSleeper(seat=5), True),
+        (wt.tracks.HangingSleeper(seat=9), False),  # at 5.4 m; the wheels end at 3.33 m, and the rail bends for 1.63 m
+        (wt.tracks.HangingSleeper(seat=9, void=1e-3), False),
+        (wt.tracks.HangingSleeper(seat=8), True),
+        (wt.tracks.MissingPad(seat=-7), False),  # at -4.2 m; the second wheelset begins at -2.5 m
+        (wt.tracks.MissingPad(seat=-6), True),
         (wt.tracks.Scatter(pads=0.1), True),
     ],
 )

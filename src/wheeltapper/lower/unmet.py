@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from math import inf, sqrt
+from math import inf, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.notes import Note, Shared
 from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.track.section import section_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -172,13 +173,21 @@ def deck_acting(value: Fields) -> Iterator[Acting]:
 
 
 def _anomalies_acting(scenario: Scenario) -> Iterator[Acting]:
-    """Return where the anomalies of a track act: each in the bay around its seat."""
+    """Return where the anomalies of a track act: at the seats, and as far as a wheel bends the rail down.
+
+    On Winkler's foundation of the same stiffness per metre k that is 3π/4·(4·EI/k)^¼ (docs/theory/track.rst, section
+    13.2).
+    """
     track = scenario.track
-    for i, item in enumerate(track.anomalies if isinstance(track, SupportedRail) else ()):
+    if not isinstance(track, SupportedRail):
+        return
+    section = section_of(track)
+    beside = 0.75 * pi * (4.0 * section.bending * section.spacing / section.seat) ** 0.25
+    for i, item in enumerate(track.anomalies):
         if item.places:
             seats = track.first_sleeper + track.spacing * np.array(item.places, dtype=float)[:, None]
-            half, wheels = 0.5 * track.spacing, tuple(position for position, _ in _wheelsets(scenario.vehicle))
-            yield Acting(f"track.anomalies.{i}", type(item).__name__, seats, seats, wheels, beside=half)
+            wheels = tuple(position for position, _ in _wheelsets(scenario.vehicle))
+            yield Acting(f"track.anomalies.{i}", type(item).__name__, seats, seats, wheels, beside=beside)
 
 
 def _wheelsets(vehicle: Any) -> list[tuple[float, float]]:

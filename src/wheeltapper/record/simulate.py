@@ -144,6 +144,11 @@ def side_by_side(work: Callable[[T], R], over: Iterable[T], threads: int, tell: 
             pool.shutdown(wait=False, cancel_futures=True)
 
 
+def simulated_quietly(scenario: Scenario) -> Record:
+    """Simulate a scenario that the user has not made, such as a part of a passage; its notes are no warnings."""
+    return simulated_scenario(scenario, "default", lambda notes: None)
+
+
 def simulated_scenario(
     scenario: Scenario, method: str, say_notes: Callable[[Iterable[Note]], None] = warn_of
 ) -> Record:

@@ -14,7 +14,7 @@ from wheeltapper.diagnosis.faults.base import Fault, with_item
 from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
 from wheeltapper.diagnosis.inference.search import ranked
 from wheeltapper.diagnosis.inference.timing import untimed, zero_of
-from wheeltapper.record.simulate import simulate
+from wheeltapper.record.simulate import simulated_quietly
 
 STEP = 1.0 / 460.0
 """Unit of lengths of flats, over the radius of the wheel: a millimetre at 460 mm."""
@@ -92,7 +92,7 @@ def flat_starts(
 ) -> Iterator[tuple[Flat, Scenario]]:
     """Yield flats and models with them, in the order of their misfit about a strike; round 1 is finer."""
     own = max(struck - zero_of(models[0]), 1.0 / problem.recording.rate)
-    since = own - simulate(untimed(models[0]).replaced({"duration": own})).impacts.time.values
+    since = own - simulated_quietly(untimed(models[0]).replaced({"duration": own})).impacts.time.values
     landed = bool(np.any(since < LANDING * problem.scale.period))
     offsets = (LANDED if landed else EDGES)[round_]
     lengths, step = LENGTHS[round_] if len(models) == 1 else LENGTHS[round_][1::2], STEP * problem.scale.radius

@@ -12,7 +12,7 @@ from wheeltapper.diagnosis.inference.fitting import fit_over_windows
 from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
 from wheeltapper.diagnosis.inference.search import ranked
 from wheeltapper.diagnosis.inference.timing import untimed, zero_of
-from wheeltapper.record.simulate import simulate
+from wheeltapper.record.simulate import simulated_quietly
 
 if TYPE_CHECKING:
     from wheeltapper.diagnosis.inference.estimate import Estimate
@@ -73,7 +73,7 @@ class FreePlay(Fault):
         if until < begins + LONG * problem.scale.period:
             return []
         times = problem.times[problem.times <= until] - zero_of(fit.scenario)
-        record = simulate(untimed(fit.scenario).replaced({"duration": float(times[-1])}))
+        record = simulated_quietly(untimed(fit.scenario).replaced({"duration": float(times[-1])}))
         moved = record.at(times[times >= 0.0]).wheel_displacement.values
         up, down = float((moved - moved[0]).max()), float((moved[0] - moved).max())
         sides = (

@@ -32,7 +32,7 @@ from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.ground.shown import Shown
 from wheeltapper.march import run
-from wheeltapper.record.simulate import simulate
+from wheeltapper.record.simulate import simulated_quietly
 
 if TYPE_CHECKING:
     from wheeltapper.diagnosis.faults.base import Fault
@@ -167,7 +167,7 @@ def motion_under_one_wheelset(passage: Scenario, ahead: float = 0.0) -> DeckMoti
     duration = float(passage.duration) + ahead
     if duration <= 0.0:
         return DeckMotion(np.inf, np.zeros_like)
-    record = simulate(passage.replaced({"duration": duration}))
+    record = simulated_quietly(passage.replaced({"duration": duration}))
 
     def acceleration_at(times: FloatArray) -> FloatArray:
         out, here = np.zeros(len(times)), times + ahead
@@ -203,7 +203,7 @@ def coupled_motion(own: Scenario, others: Others) -> DeckMotion:
     ahead = max(0.0, *(spacing for spacing, _ in others))
     row = sorted([(0.0, own), *others], key=lambda one: -one[0])
     begins = ahead / float(own.speed)
-    record = simulate(_on_one_deck([(x - ahead, passage) for x, passage in row], begins + float(own.duration)))
+    record = simulated_quietly(_on_one_deck([(x - ahead, passage) for x, passage in row], begins + float(own.duration)))
 
     def acceleration_at(times: FloatArray) -> FloatArray:
         return np.asarray(record.at(np.clip(times + begins, 0.0, record.end)).deck_acceleration.values)

@@ -21,7 +21,9 @@ from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.plausible import doubts, site_notes
 from wheeltapper.record.recording import Recording
+from wheeltapper.record.simulate import warn_of
 
 FloatArray = NDArray[np.float64]
 
@@ -83,6 +85,7 @@ def synthesise(
     check_flag(coupled, "coupled")
     site = as_site(site)
     stated = site.passage.replaced(as_table(changes, "changes", "values by path, or None"))
+    warn_of((*doubts(stated), *site_notes(site)))
     condition, others = _condition_of(fault, size, older), neighbours_of(neighbour)
     out = []
     with progress_shown(progress, "recordings"):
@@ -170,6 +173,7 @@ def synthesise_train(
     conditions = _axle_conditions(axles, count)
     places = _axle_positions(positions, len(conditions))
     stated = site.passage if speed is None else site.passage.replaced({"speed": speed})
+    warn_of((*doubts(stated), *site_notes(site)))
     shared = _relative_deviations(site, np.random.default_rng([seed])) if vary else {}
     generators = [np.random.default_rng([seed, i]) for i in range(len(conditions))]
     made = []

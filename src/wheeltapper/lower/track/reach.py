@@ -214,8 +214,7 @@ def critical_speed(section: Section) -> float:
 
     (4·k·EI/m²)^¼ of Euler's beam on Winkler's foundation, k the stiffness of a seat over the spacing.
     """
-    seat = section.pad * section.ballast / (section.pad + section.ballast) if section.sleeper > 0.0 else section.pad
-    return float((4.0 * seat / section.spacing * section.bending / section.mass**2) ** 0.25)
+    return float((4.0 * section.seat / section.spacing * section.bending / section.mass**2) ** 0.25)
 
 
 def cutoff_note(reach: Reach, frequency: float) -> Note | None:

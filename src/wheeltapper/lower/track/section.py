@@ -44,6 +44,11 @@ class Section(NamedTuple):
     ballast: float = 0.0
     ballast_damping: float = 0.0
 
+    @property
+    def seat(self) -> float:
+        """Stiffness of a seat, pad and ballast one after the other, N/m."""
+        return self.pad * self.ballast / (self.pad + self.ballast) if self.sleeper > 0.0 else self.pad
+
 
 def section_of(track: SupportedRail, rolling: bool = False) -> Section:
     """Return the numbers of a track; `rolling`: where its rails move against one another, so that sleepers roll."""
