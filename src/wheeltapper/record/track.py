@@ -96,12 +96,13 @@ def track(
     times = np.arange(int(np.floor(record.end * rate * (1 + 1e-12))) + 1) / rate
     ridden = _below_wagon(record) if SEVERAL_BODIES in record.scenario.needs else _below_plane(record)
     places = [_places(record, ridden, way, x, seats) for way in range(len(ridden.ways))]
+    called = [*(f"rail {one:g} m" for one in x), *(f"seat {one}" for one in seats)]
+    _warn_of_far_places(ridden, called, places[0], float(record.scenario.speed) * record.end)
     read = np.empty((len(times), len(ridden.ways), len(places[0]), 4))
     for first in range(0, len(times), CHUNK):
         chunk = slice(first, first + CHUNK)
         for way, shown in enumerate(ridden.at(times[chunk])):
             read[chunk, way] = _readings(record, ridden, way, shown, places[way], times[chunk])
-    _warn_of_unread(ridden, [*(f"rail {one:g} m" for one in x), *(f"seat {one}" for one in seats)], read)
     if ridden.sides:
         together, against = read[:, 0].copy(), read[:, 1].copy()
         read[:, 0], read[:, 1] = together + against, together - against
@@ -121,16 +122,16 @@ def track(
     return dataset(variables)
 
 
-def _warn_of_unread(ridden: _Ridden, names: list[str], read: FloatArray) -> None:
-    """Warn of places that no wheel comes near enough to at any time, so that there is no reading of them."""
-    lost: Any = np.isnan(read).all(axis=(0, 1, 3)).tolist()
-    unread = [name for name, nowhere in zip(names, lost, strict=True) if nowhere]
-    if unread:
-        ring = ridden.ways[0][1].ring
+def _warn_of_far_places(ridden: _Ridden, names: list[str], places: list[_Place], way: float) -> None:
+    """Warn of places that no wheel comes near on its way (m), so that there is no reading of them at any time."""
+    ring = ridden.ways[0][1].ring
+    half, first, last = 0.5 * ring.bays * ring.spacing, min(ridden.wheels), max(ridden.wheels) + way
+    far = [name for name, one in zip(names, places, strict=True) if not first - half <= one.x <= last + half]
+    if far:
+        several = f" and {len(far) - 3} more" if len(far) > 3 else ""
         warn_caller(
-            f"no readings at {', '.join(unread[:3])}{f' and {len(unread) - 3} more' if len(unread) > 3 else ''}: "
-            f"at all times a wheel is farther away than {0.5 * ring.bays * ring.spacing:.4g} m, half the ring that "
-            "stands for the track"
+            f"no readings at {', '.join(far[:3])}{several}: wheels pass x = {first + ridden.seat:.6g} to "
+            f"{last + ridden.seat:.6g} m, and the ring that stands for the track reaches {half:.4g} m from them"
         )
 
 
