@@ -150,6 +150,8 @@ def test_without_ffmpeg_one_line_says_what_to_install(record, tmp_path, monkeypa
 FAKE = """#!{python}
 import sys
 from pathlib import Path
+
+pytestmark = pytest.mark.filterwarnings("ignore:.* is never met")
 given = sys.argv[1:]
 size = given[given.index("-s") + 1] if "-s" in given else given[given.index("-video_size") + 1]
 wide, tall = map(int, size.split("x"))

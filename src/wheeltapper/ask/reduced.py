@@ -19,6 +19,7 @@ from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import LINEAR, OWN_LAW
+from wheeltapper.lower.own_law import indentation_under
 from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.labels import LABELS
@@ -70,7 +71,7 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
     damping = sum(element.slopes[2] for element in held if isinstance(element, Damper))
     contact = scenario.contact
     if OWN_LAW in scenario.needs:
-        indentation = 0.0  # the march of such a wheelset counts its spring from rest
+        indentation = indentation_under(contact, force)
     elif LINEAR in scenario.needs:
         indentation = force / constant
     else:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Numbers = NDArray[Any]  # floats, or complex numbers whose imaginary parts are derivatives
 Bearing = Callable[[Any], tuple[Any, Any]]
 """The force of a contact at rest over its indentation δ > 0, and its derivative."""
-ENOUGH = 100
+MOST_NEWTON = 100
 """Newton's steps, or halvings, after which rounding alone is left."""
 
 
@@ -34,7 +34,7 @@ def indentation_at_rest(bears: Bearing, weight: Any, stiffness: Any = 0.0, heigh
     force, slope = bears(1.0)
     u = np.asarray(1.0 + 0.0 * (weight + stiffness + height + force + slope))
     low, high = np.zeros(u.shape), np.full(u.shape, np.inf)
-    for _ in range(ENOUGH):
+    for _ in range(MOST_NEWTON):
         force, slope = bears(u * u)
         surplus = force + stiffness * (u * u - height) - weight
         step = surplus / (2.0 * u * (slope + stiffness))
