@@ -211,7 +211,7 @@ def comfort(scenario, method):
 
 
 def guidance(scenario, method):
-    found = record_of(scenario, method).guidance(window=0)
+    found = record_of(scenario, method).guidance(window=0, cutoff=None)  # the run is too short for a filter
     assert is_finite(found.guiding_force, found.unloading, found.sum_of_guiding_forces, found.t_gamma)
 
 

@@ -54,7 +54,7 @@ def computed_by_records(asked: Study, changed: dict[str, FloatArray], threads: i
             return
         said = list(record.notes)
         for row, feature in zip(values, asked.features, strict=True):
-            found, more = feature.of_record(record)
+            found, more = feature._of_record(record)
             row[..., cell] = found.values
             said.extend(more)
         status[cell] = STATUS_OF_MARCH[record._march.status]

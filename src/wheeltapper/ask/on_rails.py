@@ -57,7 +57,7 @@ def computed_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int
     def read_cell(number: int, marched: MarchedAlone) -> None:
         record = _record(many, number, marched)
         for row, feature in zip(values, asked.features, strict=True):
-            found, notes = feature.of_record(record)
+            found, notes = feature._of_record(record)
             row[..., number] = found.values
             said.extend(Shared(note, 1) for note in notes)
         status[number] = STATUS_OF_MARCH[marched.status]

@@ -109,22 +109,20 @@ class Feature:
         """
         if isinstance(of, Trains):
             return self._of_trains(of)
+        from wheeltapper.record.record import Record
         from wheeltapper.record.simulate import warn_of
 
-        values, notes = self.of_record(of)
+        if not isinstance(of, Record):
+            raise InputError("", self.name, f"a {type(of).__name__}", "a record: what `wheeltapper.simulate` returns")
+        values, notes = self._of_record(of)
         warn_of(notes)
         return values
 
-    def of_record(self, record: Record) -> tuple[xr.DataArray, tuple[Note, ...]]:
+    def _of_record(self, record: Record) -> tuple[xr.DataArray, tuple[Note, ...]]:
         """Return the feature of a record, and what is to be said of it, which is also its attribute `note`."""
         from wheeltapper.record.labels import of_wheels
-        from wheeltapper.record.record import Record
         from wheeltapper.record.record_trains import trains_of
 
-        if not isinstance(record, Record):
-            raise InputError(
-                "", self.name, f"a {type(record).__name__}", "a record: what `wheeltapper.simulate` returns"
-            )
         contacts = record._contacts
         values, notes = np.full(len(contacts.static_force), np.nan), tuple[Note, ...]()
         if record.outcome is Outcome.COMPLETED:
