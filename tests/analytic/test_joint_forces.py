@@ -92,7 +92,6 @@ def test_the_usual_rate_is_enough_for_losses_and_impacts(cutoff):
     assert usual == pytest.approx(fine, rel=3e-4)
 
 
-@pytest.mark.filterwarnings("ignore:.* is never met")
 def test_a_run_that_is_too_short_for_the_filter_or_without_a_maximum_has_no_value():
     short = wt.simulate(ON_RIGID.replaced({"duration": 0.06}))
     assert np.isnan(float(wt.features.P1(PLACE)(short)))

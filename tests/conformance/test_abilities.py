@@ -23,8 +23,6 @@ from wheeltapper.ground.needs import BILATERAL, DAMPER_PLAY, Need
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.march import run
 
-pytestmark = pytest.mark.filterwarnings("ignore:.* is never met")
-
 DOCS = Path(__file__).parents[2] / "docs"
 WHEELSET = {"mass": 1500, "load": 91_307, "stiffness": 2.44e6, "damping": 5e4}
 BUMP = wt.CosineBump(height=1e-4, length=0.05, start=0.005)

@@ -67,7 +67,6 @@ def test_the_title_tells_slowness_and_exaggeration(record):
     assert film.motion == "the wheel on the rail: 25 times slower, heights 50 times larger than lengths"
 
 
-@pytest.mark.filterwarnings("ignore:.* is never met")
 def test_rail_and_sleepers_give_way_below_the_wheel():
     run = wt.simulate(wt.load("examples/flat_on_ballast.toml").replaced({"duration": 0.06}))
     film = filmed(run, 7)

@@ -20,8 +20,6 @@ from wheeltapper.faces.plane import integrated
 
 from .test_charts import BUMP, OVER, PAIR
 
-pytestmark = pytest.mark.filterwarnings("ignore:.* is never met")
-
 ENDS = {"name": "damper 1", "between": ("car body", "bogie 1"), "at": (0.0, 0.0, 1.0)}
 WHEELSET = {"mass": 1500, "load": 91_307, "stiffness": 2.44e6, "damping": 5e4}
 GIVEN = {"Element": ENDS, "Wheelset": WHEELSET, "Wagon": {"bodies": (), "axles": wt.Wagon.erri_b176().axles[:1]}}

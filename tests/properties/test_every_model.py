@@ -11,8 +11,6 @@ from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.site.neighbours import deck_motion, motion_under_one_wheelset
 from wheeltapper.diagnosis.train import healthy_ratio
 
-pytestmark = pytest.mark.filterwarnings("ignore:.* is never met")
-
 C = 1.405e11
 MODELS = {
     "Hertz": {},

@@ -6,8 +6,6 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.describe.registry import registered_in
 
-pytestmark = pytest.mark.filterwarnings("ignore:forces below .* are not read")
-
 BUMP = wt.Scenario(
     vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),
     contact=wt.Hertz(constant=1.405e11),

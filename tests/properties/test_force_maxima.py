@@ -7,8 +7,6 @@ import pytest
 
 import wheeltapper as wt
 
-pytestmark = pytest.mark.filterwarnings("ignore:.* is never met")
-
 
 def irregularity(rng):
     """Something on the way, or nothing; with level stretches before and after."""

@@ -5,8 +5,6 @@ import pytest
 
 import wheeltapper as wt
 
-pytestmark = pytest.mark.filterwarnings("ignore:.* is never met")
-
 AMPLITUDE = "irregularity.0.amplitude"
 WHEEL = {"mass": 1500, "load": 91_307, "stiffness": 2.44e6, "damping": 2e4, "radius": 0.46}
 DECK = wt.FloatingDeck(mass=500, stiffness=1e7, damping=100)

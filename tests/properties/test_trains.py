@@ -18,8 +18,6 @@ from wheeltapper.diagnosis.site.synthetic import COACH, synthesise, synthesise_t
 from wheeltapper.diagnosis.train import diagnose_train, train_of
 from wheeltapper.record.limits.rule import VERIFY, Rule, read_rules
 
-pytestmark = pytest.mark.filterwarnings("ignore:.* is never met")
-
 EXAMPLES = Path(__file__).parents[2] / "examples"
 KNOWN = {"speed": 0.01, "vehicle.load": 0.05, "contact.constant": 0.05, "irregularity.0.height": 0.05}
 LONG = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)

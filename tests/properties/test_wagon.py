@@ -5,8 +5,6 @@ import pytest
 
 import wheeltapper as wt
 
-pytestmark = pytest.mark.filterwarnings("ignore:.* is never met")
-
 COACH = wt.Wagon.erri_b176(1500.0)
 STEP = wt.Step(height=1e-4, position=0.02)
 

@@ -11,8 +11,6 @@ from wheeltapper.lower import wagon_on_rails
 from wheeltapper.march import assembly as asm
 from wheeltapper.record import stored_rails
 
-pytestmark = pytest.mark.filterwarnings("ignore:.* is never met")
-
 COACH = wt.Wagon.erri_b176(1620.0)
 TRACK = wt.tracks.Ballasted.example | {"cutoff": 3000.0, "bays": 90, "first_sleeper": 0.21}
 EVEN = wt.tracks.Ballasted(**TRACK)
