@@ -68,7 +68,8 @@ def test_the_title_tells_slowness_and_exaggeration(record):
 
 
 def test_rail_and_sleepers_give_way_below_the_wheel():
-    run = wt.simulate(wt.load("examples/flat_on_ballast.toml").replaced({"duration": 0.06}))
+    changes = {"duration": 0.06, "irregularity.0.position": 0.9}
+    run = wt.simulate(wt.load("examples/flat_on_ballast.toml").replaced(changes))
     film = filmed(run, 7)
     rail, *sleepers = film.shapes
     readings = run.track(100.0, seat=[0])

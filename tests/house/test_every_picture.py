@@ -195,7 +195,8 @@ def test_the_tables_of_a_record(record):
 
 
 def test_readings_of_a_track_and_a_train_of_several_wheels():
-    run = wt.simulate(wt.load("examples/flat_on_ballast.toml").replaced({"duration": 0.05, "irregularity.0.position": 0.6}))
+    changes = {"duration": 0.05, "irregularity.0.position": 0.6}
+    run = wt.simulate(wt.load("examples/flat_on_ballast.toml").replaced(changes))
     figure = wt.plot(run.track(5e3, rail=[0.3, 0.6], seat=[1]))
     assert flaws(figure) == []
     assert [line.get_label() for line in figure.axes[0].get_lines()] == ["x = 0.3 m", "x = 0.6 m"]
