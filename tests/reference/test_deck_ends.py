@@ -5,6 +5,7 @@ from math import pi
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import wheeltapper as wt
 from tests import pieces
@@ -226,10 +227,18 @@ class Passing:
         told.append((time, i + 1, "impact" if self.held[i] else "loss"))
 
 
+def static_force(wheel, contact):
+    """Return N with N + k·δ(N) = P + m·g: the spring has no force at first touch (the paper, Eq. 2.3)."""
+    linear = isinstance(contact, wt.Linear)
+    constant, power = (contact.stiffness, 1.0) if linear else (contact.constant, 2.0 / 3.0)
+    weight = wheel.mass * 9.81 + wheel.load
+    return brentq(lambda N: N + wheel.stiffness * (N / constant) ** power - weight, 0.0, weight, xtol=1e-9)
+
+
 def of_wheelsets(scene):
     wheels = scene.vehicle.wheelsets
     links = [(np.eye(len(wheels))[i], one.stiffness, one.damping) for i, one in enumerate(wheels)]
-    static = [one.mass * 9.81 + one.load for one in wheels]
+    static = [static_force(one, scene.contact) for one in wheels]
     return Passing(scene, [one.mass for one in wheels], links, static, scene.vehicle.positions)
 
 
