@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from scipy.optimize import brentq
+from scipy.optimize import brentq, linprog
 
 import wheeltapper as wt
 from tests.dry_friction import QuarterWagon
@@ -279,6 +279,28 @@ def test_one_at_its_limit_slides_alone_however_small_its_part():
         assert sides[which] == 1.0
         if limits[which] == forces[which]:  # its force goes on as it was, and so do the others
             assert np.abs(sides).sum() == 1.0
+
+
+def test_dependent_ones_hold_as_long_as_any_forces_can():
+    # the largest load that forces within the limits carry is that of a linear program
+    draw = np.random.default_rng(23)
+    for count in [3, 4, 5, 6] * 12:
+        places = draw.choice([-1.0, 0.0, 1.0, 0.3, -0.62], (count, 2))
+        rows = np.column_stack([np.ones(count), places])[:, : draw.integers(1, 4)]
+        Y = rows @ np.diag(10 ** draw.uniform(-4.0, -2.0, rows.shape[1])) @ rows.T
+        limits = 10 ** draw.uniform(2.0, 4.0, count)
+        load = Y @ (limits * draw.uniform(-1.0, 1.0, count))
+        box = [*zip(-limits, limits, strict=True), (0.0, None)]
+        best = linprog(np.append(np.zeros(count), -1.0), A_eq=np.column_stack([Y, -load]) / np.abs(load).max(),
+                       b_eq=np.zeros(count), bounds=box)  # fmt: skip
+        ends, stuck = np.zeros(count), np.ones(count)
+        below, at, above = (
+            decide_rest(Y, -best.fun * share * load, stuck, limits, limits, np.zeros(count), ends)
+            for share in (1.0 - 1e-7, 1.0 + 1e-9, 1.0 + 1e-4)
+        )
+        assert not below.any()
+        assert at.any()
+        np.testing.assert_array_equal(at, above)
 
 
 @pytest.mark.parametrize(

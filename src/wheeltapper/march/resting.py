@@ -26,10 +26,10 @@ REDUNDANT = 1e-10
 """Share of the largest singular value of Y below which others are zero."""
 TIE = 1e-9
 """Share of its bound below it to which the force of a slider that sticks may come; those that are nearer slide."""
-AT_BOUND = 1e-12
-"""Share of its parts up to which an acceleration is zero, and of its bound up to which a force is at it."""
-ROUNDS_EACH = 50
-"""Most rounds for each slider; but for rounding the method ends by itself."""
+AT_BOUND = 1e-11
+"""Share of its bound within which a force is at it: rounding."""
+MOST_RETURNS = 20
+"""Most returns of one slider from its bound; only rounding would have it return without an end."""
 
 
 @kernel
@@ -44,9 +44,10 @@ def inverse_of_some(chosen: FloatArray, Y: FloatArray) -> FloatArray:
 
 
 @kernel
-def _is_alone(i: int, Y: FloatArray, inverse: FloatArray) -> bool:
-    """Return True for a slider that yields although those inside of their bounds do not."""
-    return bool(Y[i, i] - Y[i] @ (inverse @ Y[i]) > REDUNDANT * Y[i, i])
+def _yields_alone(i: int, Y: FloatArray, inverse: FloatArray) -> float:
+    """Return how a slider yields to its own force while those inside of their bounds do not; 0 where they hold it."""
+    own = Y[i, i] - Y[i] @ (inverse @ Y[i])
+    return own if own > REDUNDANT * Y[i, i] else 0.0
 
 
 @kernel
@@ -54,15 +55,15 @@ def _go_towards(goal: FloatArray, bounds: FloatArray, f: FloatArray, ends: Float
     """Move the forces inside to a goal; return True if any came to its bound before, where all of them stop."""
     part = 1.0
     for i in range(f.shape[0]):
-        if ends[i] == 0.0 and abs(goal[i]) > bounds[i]:
-            part = min(part, (np.sign(goal[i]) * bounds[i] - f[i]) / (goal[i] - f[i]))
+        if ends[i] == 0.0 and abs(goal[i]) > (1.0 + AT_BOUND) * bounds[i]:
+            part = min(part, max((np.sign(goal[i]) * bounds[i] - f[i]) / (goal[i] - f[i]), 0.0))
     stopped = False
     for i in range(f.shape[0]):
         if ends[i] != 0.0:
             continue
         f[i] += part * (goal[i] - f[i])
         side = np.sign(goal[i])
-        if abs(goal[i]) > bounds[i] and side * f[i] >= (1.0 - AT_BOUND) * bounds[i]:
+        if abs(goal[i]) > (1.0 + AT_BOUND) * bounds[i] and side * f[i] >= (1.0 - AT_BOUND) * bounds[i]:
             f[i], ends[i], stopped = side * bounds[i], side, True
     return stopped
 
@@ -76,22 +77,21 @@ def confine(Y: FloatArray, free: FloatArray, bounds: FloatArray, f: FloatArray, 
     count = free.shape[0]
     f[:] = 0.0
     ends[:] = 0.0
-    inverse = np.zeros((count, count))
-    for _ in range(ROUNDS_EACH * count):
+    returns, returned = np.zeros(count), True
+    while returned:
         inside = 1.0 - np.abs(ends)
         inverse = inverse_of_some(inside, Y)
         if _go_towards(inverse @ (inside * (free - Y @ (f - inside * f))), bounds, f, ends):
             continue
         a = free - Y @ f
-        lean = f - Y @ (inverse @ (inside * f))  # how the sum of f² grows with each force at its bound
+        lean = f - Y @ (inverse @ (inside * f))  # how the sum of f² grows with each force that is held
         returned = False
         for i in range(count):
-            least = -AT_BOUND * (abs(free[i]) + np.abs(Y[i]) @ bounds)
-            returns = ends[i] * a[i] < least if _is_alone(i, Y, inverse) else ends[i] * lean[i] > TIE * bounds[i]
-            if returns:
+            own = _yields_alone(i, Y, inverse)
+            more = a[i] / own if own > 0.0 else -lean[i]  # by which its force were right
+            if ends[i] * more < -AT_BOUND * bounds[i] and returns[i] < MOST_RETURNS:
+                returns[i] += 1.0
                 ends[i], returned = 0.0, True
-        if not returned:
-            break
     return inverse
 
 
@@ -114,7 +114,7 @@ def decide_rest(
         inverse = confine(Y, free, bounds, f, ends)
         changed = False
         for i in range(count):
-            sides[i] = ends[i] if _is_alone(i, Y, inverse) else 0.0
+            sides[i] = ends[i] if _yields_alone(i, Y, inverse) > 0.0 else 0.0
             if sides[i] != 0.0 and bounds[i] > least[i]:
                 bounds[i], changed = least[i], True
     for i in range(count):
@@ -123,6 +123,6 @@ def decide_rest(
     if changed:  # who has come to rest holds more
         inverse = confine(Y, free, bounds, f, ends)
         for i in range(count):
-            if sides[i] == 0.0 and _is_alone(i, Y, inverse):
+            if sides[i] == 0.0 and _yields_alone(i, Y, inverse) > 0.0:
                 ends[i] = 0.0
     return sides
