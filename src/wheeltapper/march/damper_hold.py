@@ -246,6 +246,13 @@ def damper_pull(damper: FloatArray, v: float, S: FloatArray) -> float:
     return float(G * v + soft * S[STATE + contract.END_DEFLECTION])
 
 
+@kernel
+def bush_rate(damper: FloatArray, v: float, S: FloatArray) -> float:
+    """Return the rate of the deflection of a bush that is held, at a wheel that moves at v (scaled)."""
+    _, soft, rate = held_coefficients(S[STATE + contract.END_MODE], damper)
+    return float(v - rate * S[STATE + contract.END_DEFLECTION]) if soft > 0.0 else 0.0
+
+
 def start_end(numbers: FloatArray, damper: FloatArray, S: FloatArray) -> None:
     """Put the damper's end where in the gap it is said to be, about the wheel at the start."""
     play, share = damper[contract.DAMPER_PLAY], damper[contract.DAMPER_START]

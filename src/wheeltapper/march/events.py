@@ -23,6 +23,8 @@ GRAZE = 1e-9
 """Indentation rate (scaled) below which a wheel without indentation rests: u = w = 0 is a rest point in s."""
 LEAP = 1e-6
 """Value of u (scaled) to which such a wheel is moved, along its acceleration, where that presses it on the rail."""
+BRIEF = 2.0
+"""Times LEAP: the longest time (scaled) that such a move takes; u stays smaller where the acceleration is small."""
 EXTREMES_APART = 1e-9
 """Two extremes of the force closer than this part of a step are one that was found again by rounding."""
 QUIET = 1e-13

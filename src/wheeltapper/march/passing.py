@@ -240,7 +240,10 @@ def start_kernel(
 
 @kernel
 def close_contacts(data: FloatArray, wheels: FloatArray) -> None:
-    """Close all contacts and voids that overlap, and whose force would not pull, or may; open all others."""
+    """Close all contacts and voids that overlap, and whose force would not pull, or may; open all others.
+
+    A contact that just touches, and does not part, closes too: a step that begins with it open begins in the rail.
+    """
     lossy = is_lossy(data)
     for o in range(wheels.shape[0]):
         L = wheels[o]
@@ -248,7 +251,9 @@ def close_contacts(data: FloatArray, wheels: FloatArray) -> None:
             if L[wheel.VOID_FLAG] != 0.0:
                 L[wheel.ON + i] = 1.0 if L[wheel.ROW_DELTA + i] > 0.0 else 0.0
                 continue
-            overlaps = L[wheel.SIDES + i] != 0.0 and (L[wheel.ROW_DELTA + i] > 0.0 or pulls(data, L))
+            delta = L[wheel.ROW_DELTA + i]
+            touches = delta == 0.0 and L[wheel.AWAKE] != 0.0 and L[wheel.DELTA_RATE + i] >= 0.0
+            overlaps = L[wheel.SIDES + i] != 0.0 and (delta > 0.0 or touches or pulls(data, L))
             L[wheel.ON + i] = 1.0 if overlaps and (not lossy or L[wheel.GRIP + i] > 0.0) else 0.0
 
 

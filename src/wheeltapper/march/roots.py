@@ -67,8 +67,11 @@ def _write_bernstein(S: FloatArray, n: int, left: float, width: float) -> None:
 
 
 @kernel
-def _sign_changes(S: FloatArray, n: int) -> tuple[int, float, float, float]:
-    """Count the sign changes in row WORK; return also the first and last sign, and where in (0, 1) the first one is."""
+def _sign_changes(S: FloatArray, n: int, noise: float) -> tuple[int, float, float, float]:
+    """Count the sign changes in row WORK; return also the first and last sign, and where in (0, 1) the first one is.
+
+    The first coefficient counts as zero up to `noise`, all others up to NOISE.
+    """
     changes = 0
     sign = 0.0
     first = 0.0
@@ -76,7 +79,7 @@ def _sign_changes(S: FloatArray, n: int) -> tuple[int, float, float, float]:
     before = 0
     for i in range(n + 1):
         c = S[WORK + i]
-        if abs(c) > NOISE:
+        if abs(c) > noise:
             now = 1.0 if c > 0.0 else -1.0
             if sign == 0.0:
                 first = now
@@ -87,6 +90,7 @@ def _sign_changes(S: FloatArray, n: int) -> tuple[int, float, float, float]:
                 changes += 1
             sign = now
             before = i
+        noise = NOISE
     return changes, first, sign, place
 
 
@@ -122,7 +126,8 @@ def first_root(
 ) -> tuple[float, bool]:
     """Return the first crossing of Σ S[at + k]·x^k in (lo, hi), or NONE, and whether more crossings may follow it.
 
-    direction -1: only from + to -; +1: only from - to +. A value at lo no larger than `floor` counts as zero.
+    direction -1: only from + to -; +1: only from - to +. A value at lo no larger than `floor` counts as zero; any other
+    one has its sign, however small, where lo is 0: it is known there without rounding.
     Overwrites WORK, SCALED, SHIFTED.
     """
     if not hi > lo:
@@ -154,7 +159,7 @@ def first_root(
     before = 0.0
     while left < 1.0:
         _write_bernstein(S, degree, left, width)
-        changes, first, last, place = _sign_changes(S, degree)
+        changes, first, last, place = _sign_changes(S, degree, floor if left == 0.0 else NOISE)
         if changes >= 2 and width > TOUCH * whole:
             width *= 0.5
             continue

@@ -38,16 +38,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wheeltapper.march import damper_hold, layout, step, telling
 from wheeltapper.march import events as event
-from wheeltapper.march import layout, step, telling
 from wheeltapper.march import program as contract
-from wheeltapper.march.damper_hold import carry_end, damper_pull, held_contact_reach, held_flight_reach, start_end
+from wheeltapper.march.damper_hold import bush_rate, carry_end, damper_pull, held_contact_reach, held_flight_reach
 from wheeltapper.march.flight import bonded_series, flight_series
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import COUNT, FLIGHT_ORDER, MARK, STATE, N, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
-from wheeltapper.march.series import NO_PIECE, enter_law, localise, localise_marks, path_at, rail_at
+from wheeltapper.march.series import NO_PIECE, deck_acceleration, enter_law, localise, localise_marks, path_at, rail_at
 from wheeltapper.march.yielding import change_law, choose_law, yielding_reach
 
 
@@ -210,9 +210,15 @@ def _leave_rest(numbers: FloatArray, damper: FloatArray | None, S: FloatArray) -
     if damper is not None:
         a += damper_pull(damper, v, S)
     if a > 0.0:
-        S[STATE + A] = event.LEAP
-        S[STATE + B] = event.LEAP * sqrt(2.0 * a)
-        S[STATE + TIME] += event.LEAP * sqrt(2.0 / a)
+        after = event.LEAP * min(sqrt(2.0 / a), event.BRIEF)
+        rise = deck_acceleration(numbers, S[STATE + DECK_Y], S[STATE + DECK_V], S[STATE + ON_DECK] != 0.0, 0.0)
+        S[STATE + A] = sqrt(0.5 * a) * after
+        S[STATE + B] = a * after
+        S[STATE + DECK_Y] += (S[STATE + DECK_V] + 0.5 * rise * after) * after
+        S[STATE + DECK_V] += rise * after
+        if damper is not None:
+            S[STATE + contract.END_DEFLECTION] += bush_rate(damper, v, S) * after
+        S[STATE + TIME] += after
         S[COUNT + layout.OPENED] = 0.0
     else:
         S[STATE + PHASE] = contract.FLIGHT
@@ -395,7 +401,7 @@ def march(program: contract.Program, tell: telling.Tell = telling.report_nothing
     if program.numbers[contract.MEMORY] != 0.0:
         work[COUNT + layout.PIECES] = len(program.pieces)
     if len(program.damper):
-        start_end(program.numbers, program.damper, work)
+        damper_hold.start_end(program.numbers, program.damper, work)
     while True:
         room = tables.steps[: int(work[COUNT + layout.STEPS]) + telling.CHUNK]
         status = march_kernel(*_arguments(program, tables, room, work))

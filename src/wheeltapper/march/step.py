@@ -10,13 +10,17 @@ from wheeltapper.march.flight import flight_reach
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import STATE, N, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, A, B, FloatArray
-from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
+from wheeltapper.march.roots import NOISE, NONE, evaluate, evaluate_derivative, first_root
 from wheeltapper.march.series import contact_series, harmonic_forcing
 from wheeltapper.march.steplength import SLOW, stable_step, steplength
 from wheeltapper.march.unrolled import coast_flat_12, coast_flat_20, coast_wave_12, coast_wave_20
 
 # What ends a step.
 NOTHING, BREAK, OPENS, RELEASES, LANDS, GRIPS = 0, 1, 2, 3, 4, 5
+# Indentation (scaled) of a wheel in flight that is no rounding: it is above the noise of the roots.
+HAIR = 2.0 * NOISE
+# Rate (scaled) at which a wheel that begins a flight at the rail is seen to leave it.
+DEPARTS = 1e-3
 # No state in scaled units comes near this number.
 HUGE = 1e200
 
@@ -202,6 +206,8 @@ def flight_end(numbers: FloatArray, released: bool, until: float, S: FloatArray)
         return length, what
     if released:
         root, _ = first_root(S, layout.CLEAR, layout.FLIGHT_ORDER, 0.0, length, -1.0, 0.0)
+        if not S[layout.CLEAR] > 0.0:
+            root = 0.0
         if root != NONE:
             length = root
             what = OPENS
@@ -216,6 +222,10 @@ def flight_end(numbers: FloatArray, released: bool, until: float, S: FloatArray)
             what = GRIPS
     else:
         root, _ = first_root(S, layout.CLEAR, layout.FLIGHT_ORDER, 0.0, length, 1.0, 0.0)
+        if S[layout.CLEAR] > -HAIR and S[layout.CLEAR + 1] > -DEPARTS:
+            S[layout.CLEAR] = -HAIR  # it may go into the rail from where rounding hides its side: no crossing is seen
+            deep, _ = first_root(S, layout.CLEAR, layout.FLIGHT_ORDER, 0.0, length if root == NONE else root, 1.0, 0.0)
+            root = root if deep == NONE else deep
         if root != NONE:
             length = root
             what = LANDS
