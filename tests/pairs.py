@@ -143,12 +143,16 @@ def is_there(added, kind, track):
 
 
 class Difference(NamedTuple):
-    """Differences of two records: events, or -1 where they are not the same; of times, s, and forces over static."""
+    """Differences of two records: events, or -1 where they are not the same; of times, s, and forces over static.
+
+    The last one is that of the terms of energy over the energy exchanged, infinite where their names differ.
+    """
 
     events: int
     time: float
     force: float
     static: float
+    energy: float
 
 
 FIRST_EVENTS = 5
@@ -162,12 +166,13 @@ def difference(pair, method):
     plain, added = (wt.simulate(one, method) for one in pair)
     count = plain.static_forces.values.size
     told, until = [events_of(record, count) for record in (plain, added)], plain.end
-    if amplification(pair[0], plain, method) > CALM:
+    calm = amplification(pair[0], plain, method) <= CALM
+    if not calm:
         told = [[wheel[:FIRST_EVENTS] for wheel in wheels] for wheels in told]
         until = min([until, *(wheel[-1][0] for wheel in told[0] if len(wheel) == FIRST_EVENTS)])
     static = float(abs(added.static_force / plain.static_force - 1.0))
     if [[what for _, what in wheel] for wheel in told[0]] != [[what for _, what in wheel] for wheel in told[1]]:
-        return Difference(-1, np.inf, np.inf, static)
+        return Difference(-1, np.inf, np.inf, static, np.inf)
     shifts = [
         abs(one - other)
         for before, after in zip(*told, strict=True)
@@ -176,7 +181,16 @@ def difference(pair, method):
     times = np.linspace(0.0, until, 997)[:-1]
     forces = [np.atleast_2d(record.at(times).normal_force.values.T)[:count] for record in (plain, added)]
     apart = float(np.abs(forces[1] - forces[0]).max() / plain.static_force)
-    return Difference(len(shifts), max(shifts, default=0.0), apart, static)
+    balances = (record.energy for record in (plain, added))
+    return Difference(len(shifts), max(shifts, default=0.0), apart, static, energies_apart(*balances) if calm else 0.0)
+
+
+def energies_apart(before, after):
+    """Return the largest difference of any term of two energy balances over the energy that the first exchanged."""
+    if list(before) != list(after):
+        return np.inf
+    joules = [name for name in before if before[name].units == "J" and name != "exchanged"]
+    return max(abs(float(after[name] - before[name])) for name in joules) / float(before.exchanged)
 
 
 def events_of(record, count):
@@ -230,10 +244,13 @@ def main(count):
             print("beyond:", added, kind, track, method, seed, found, flush=True)
     for (added, method), rows in sorted(worst.items()):
         met = [found for found, *_ in rows if found.events >= 0]
-        time, force = (max((getattr(one, name) for one in met), default=0.0) for name in ("time", "force"))
+        time, force, energy = (
+            max((getattr(one, name) for one in met), default=0.0) for name in ("time", "force", "energy")
+        )
         print(
             f"{added:28s} {method:8s} {len(rows):3d} pairs, {len(rows) - len(met)} of other events, "
-            f"{sum(one.events for one in met):5d} events, {time:.1e} s, {force:.1e} of static"
+            f"{sum(one.events for one in met):5d} events, {time:.1e} s, {force:.1e} of static, "
+            f"{energy:.1e} of the energy"
         )
 
 

@@ -130,7 +130,7 @@ def test_on_rails_energy_closes_and_stiff_rails_are_rigid(series):
     rough = wt.CosineBump(height=1e-3, length=0.3, start=0.1)
     soft = wt.simulate(coach_scene(rough, series, 0.04, track=BALLASTED), "strict")
     assert {"slip"} <= set(soft.suspension_events.kind.values)
-    assert float(soft.energy.element_friction) > 1.0
+    assert float(soft.energy.dissipated_friction) > 1.0
     assert float(soft.energy.relative_imbalance) < 1e-8
     records = [
         wt.simulate(coach_scene(rough, series, 0.04, **track), "strict") for track in ({}, {"track": stronger(1e6)})
@@ -200,7 +200,7 @@ def test_a_pair_that_moves_alike_sticks_and_slides_as_one(limits, pitches, track
         times, found = changes_of(both, name)
         assert found == kinds
         np.testing.assert_allclose(times, expected, rtol=0, atol=1e-9)
-    assert float(both.energy.element_friction) == pytest.approx(float(one.energy.element_friction), rel=1e-8)
+    assert float(both.energy.dissipated_friction) == pytest.approx(float(one.energy.dissipated_friction), rel=1e-8)
     assert float(both.energy.relative_imbalance) < 1e-9
 
 
@@ -269,7 +269,7 @@ def test_unequal_ones_that_share_a_place_slide_with_their_sum():
     for kind in ("loss", "impact"):
         times = [record.events.time[record.events.kind == kind] for record in (unequal, one)]
         np.testing.assert_allclose(*times, rtol=0, atol=1e-9)
-    assert float(unequal.energy.element_friction) == pytest.approx(float(one.energy.element_friction), rel=1e-8)
+    assert float(unequal.energy.dissipated_friction) == pytest.approx(float(one.energy.dissipated_friction), rel=1e-8)
 
 
 def test_what_never_slides_is_a_spring_or_a_link():
@@ -279,7 +279,7 @@ def test_what_never_slides_is_a_spring_or_a_link():
         expected = run(vehicle(spring(1e6), other))
         assert not found.suspension_events.sizes["suspension_event"]
         np.testing.assert_allclose(found.events.time, expected.events.time, rtol=0, atol=1e-10)
-        assert float(found.energy.element_friction) == 0.0
+        assert float(found.energy.dissipated_friction) == 0.0
 
 
 def test_modes_take_friction_that_sticks():
@@ -334,7 +334,7 @@ def test_events_name_their_element(tmp_path):
     again = wt.load(tmp_path / "record.nc")
     assert again.suspension_events.equals(found)
     assert again.at([0.05, 0.1]).equals(record.at([0.05, 0.1]))
-    assert float(again.energy.element_friction) == float(record.energy.element_friction)
+    assert float(again.energy.dissipated_friction) == float(record.energy.dissipated_friction)
 
 
 def test_assemblies_of_earlier_files_are_read():

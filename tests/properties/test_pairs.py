@@ -22,6 +22,7 @@ def test_what_cannot_be_felt_changes_nothing(added, kind, track, method):
     assert found.static < 1e-12
     assert found.time <= EVENTS
     assert found.force <= most_force(kind, track, method)
+    assert found.energy <= most_force(kind, track, method)
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -59,7 +59,7 @@ def check_energy(seeds):
         assert record.outcome is Outcome.COMPLETED, seed
         energy = record.energy
         assert abs(float(energy.relative_imbalance)) < 1e-10, seed
-        heat = float(energy.dissipated_friction) if "dissipated_friction" in energy else 0.0
+        heat = float(energy.dissipated_friction)
         assert heat >= -1e-10 * float(energy.dissipated), seed
         assert float(energy.dissipated) >= heat, seed
         events += record.suspension_events.sizes["suspension_event"]

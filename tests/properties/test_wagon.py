@@ -40,7 +40,7 @@ def test_energy_closes(changes):
     assert record.outcome.name == "COMPLETED"
     assert len(record.events.time) > 0
     assert float(record.energy.relative_imbalance) < 1e-8
-    assert float(record.energy.friction) >= -1e-12
+    assert float(record.energy.dissipated_creep) >= -1e-12
     default = wt.simulate(coach(**changes))
     assert float(default.energy.relative_imbalance) < 1e-6
 
@@ -155,7 +155,7 @@ def test_a_hunting_coach_hits_its_rails_with_its_flanges():
     # T-gamma of treads and flanges over the way is what friction takes
     fine = record.history(5000)
     lost = scene.speed * float(fine.t_gamma.sum(("wheelset", "side")).integrate("time"))
-    assert lost == pytest.approx(float(record.energy.friction), rel=1e-3)
+    assert lost == pytest.approx(float(record.energy.dissipated_creep), rel=1e-3)
     assert float(fine.flange_t_gamma.sum()) > 0.3 * float(fine.t_gamma.sum())
     # what all rails push upwards, with the weight, is what all bodies gain
     vehicle = scene.vehicle

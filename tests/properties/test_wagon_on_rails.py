@@ -58,7 +58,7 @@ def test_energy_closes(changes):
     energy = record.energy
     assert len(record.events.time) > 0
     assert float(energy.relative_imbalance) < 1e-8
-    assert float(energy.friction) >= -1e-12
+    assert float(energy.dissipated_creep) >= -1e-12
     assert float(finished(coach(**changes)).energy.relative_imbalance) < 1e-6
 
 

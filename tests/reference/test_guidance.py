@@ -76,14 +76,14 @@ def test_guiding_forces_change_the_momentum_of_all_bodies():
     np.testing.assert_allclose(total, gained, atol=1e-6 * float(abs(gained).max()))
     # what friction takes, over the way
     worn = float(found.t_gamma.sum(("surface", "wheelset", "side")).integrate("time")) * scene.speed
-    assert worn == pytest.approx(float(record.energy.friction), rel=1e-4)
+    assert worn == pytest.approx(float(record.energy.dissipated_creep), rel=1e-4)
 
 
 def test_t_gamma_over_the_way_is_the_energy_that_friction_dissipates(swaying):
     found = swaying.guidance(window=0, rate=2e4)
     lost = found.t_gamma.sum(("surface", "wheelset", "side"))
     worn = float(lost.integrate("time")) * swaying.scenario.speed
-    assert worn == pytest.approx(float(swaying.energy.friction), rel=1e-5)
+    assert worn == pytest.approx(float(swaying.energy.dissipated_creep), rel=1e-5)
     assert float(found.t_gamma.min()) >= 0.0
     history = swaying.at(found.time)  # the tread alone: cones have no flange
     spin = -history.spin_moment * history.spin_creepage

@@ -88,7 +88,7 @@ def test_a_law_that_is_hertzs_is_hertzs_on_treads_and_flanges(chi, events, force
     for name in ("normal_force", "flange_force", "lateral_force", "longitudinal_force"):
         np.testing.assert_allclose(one[name], other[name], rtol=0, atol=forces * known.static_force)
     assert float(own.energy.relative_imbalance) < 1e-8
-    for name in ("kinetic", "friction", "work_of_shape"):
+    for name in ("kinetic", "elastic", "dissipated_creep", "work_of_shape"):
         near = forces * float(known.energy.exchanged)
         assert float(own.energy[name]) == pytest.approx(float(known.energy[name]), rel=0, abs=near)
 

@@ -29,9 +29,9 @@ from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, betw
 # Columns of the powers.
 (
     LOAD_POWER, PATH_POWER, SHAPE_POWER, DAMPER_POWER, FRICTION_POWER, DRIVE_POWER, STAND_IN_POWER, RAIL_POWER,
-    SLIDER_POWER, MATERIAL_POWER,
-) = range(10)  # fmt: skip
-POWERS_KEPT = 10
+    SLIDER_POWER, MATERIAL_POWER, BEARING_POWER,
+) = range(11)  # fmt: skip
+POWERS_KEPT = 11
 WORK_NODES = 6
 """Number of nodes of Gauss's rule in each step."""
 PARTS = 4
@@ -213,8 +213,10 @@ def _write_powers(
         for k in range(LANES):
             out[LOAD_POWER] += data[loads + body * LANES + k] * w[body * PLACES + TO_RATE + k]
     for a in range(places.shape[0]):
+        of_deck = data[asm.DECK] >= 0.0 and a == places.shape[0] - 1
         for b in range(places.shape[0]):
-            out[DAMPER_POWER] += damping[a, b] * w[places[a] + TO_RATE] * w[places[b] + TO_RATE]
+            power = damping[a, b] * w[places[a] + TO_RATE] * w[places[b] + TO_RATE]
+            out[BEARING_POWER if of_deck else DAMPER_POWER] += power
     for element in range(plan[asm.LAWS]):
         within = plan[plan[asm.AT_INSIDE] + element]
         if within >= 0 or depends_on_rate(element, plan):
@@ -264,12 +266,16 @@ def _write_powers(
 
 
 @kernel
-def _elastic_energy(data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray) -> float:
-    """Return the elastic energy of contacts and nonlinear elements in a state that was just computed."""
-    total = 0.0
+def _elastic_energies(
+    end: int, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray, contacts: FloatArray,
+    elements: FloatArray,
+) -> None:  # fmt: skip
+    """Write the elastic energies of contacts and nonlinear elements in a state that was just computed, at an end."""
+    contacts[end] = 0.0
     for o in range(wheels.shape[0]):
         for i in range(LANES):
-            total += _contact_energy(i, data, wheels[o])
+            contacts[end] += _contact_energy(i, data, wheels[o])
+    total = 0.0
     for element in range(plan[asm.LAWS], plan[asm.RIGID_FROM]):
         here = deflection(element, data, plan, w)
         total += 0.5 * slider_number(element, asm.SLIDER_STIFFNESS, data, plan) * here * here
@@ -296,7 +302,7 @@ def _elastic_energy(data: FloatArray, plan: IntArray, w: FloatArray, wheels: Flo
                 break
             zero, low = until, force
             corner += step
-    return total
+    elements[end] = total
 
 
 @kernel
@@ -304,9 +310,10 @@ def energy_kernel(
     data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, ends: FloatArray,
     free: FloatArray, local: FloatArray, answers: FloatArray, damping: FloatArray, places: IntArray,
     nodes: FloatArray, weights: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray,
-    works: FloatArray, impulses: FloatArray, elastic: FloatArray, scales: FloatArray, gauss: FloatArray,
+    works: FloatArray, impulses: FloatArray, contacts: FloatArray, elements: FloatArray, scales: FloatArray,
+    gauss: FloatArray,
 ) -> None:  # fmt: skip
-    """Write each step's works (steps, POWERS_KEPT), impulses (steps, lanes), elastic energies at its ends."""
+    """Write each step's works (steps, POWERS_KEPT), impulses (steps, lanes), and elastic energies at its ends."""
     n = start.shape[0]
     w, y, spare, rate = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
@@ -321,7 +328,7 @@ def energy_kernel(
         enter_logged_step(t + 0.5 * h, ends, free, local, answers, data, plan)
         at_once = _repeat_step(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare, scales, nodal)
         contact_forces(t, data, plan, w, wheels)
-        elastic[row, BEGINS] = _elastic_energy(data, plan, w, wheels, pieces)
+        _elastic_energies(BEGINS, data, plan, w, wheels, contacts[row], elements[row])
         works[row, MATERIAL_POWER] += _released_energy(data, wheels)
         parts = PARTS if at_once else 1
         for part in range(parts):
@@ -341,7 +348,7 @@ def energy_kernel(
         if at_once:
             pass_breaks(t + whole_steps.INSIDE * h, data, plan, wheels)
         contact_forces(t + h, data, plan, y, wheels)
-        elastic[row, FINISHES] = _elastic_energy(data, plan, y, wheels, pieces)
+        _elastic_energies(FINISHES, data, plan, y, wheels, contacts[row], elements[row])
         works[row, MATERIAL_POWER] -= _released_energy(data, wheels)
 
 
@@ -371,10 +378,11 @@ def works(A: asm.Assembly, march: MultibodyMarch, damping: FloatArray, places: I
     nodes, weights = np.polynomial.legendre.leggauss(WORK_NODES)
     work, rails = work_for(A, 1), march.rails
     count = len(march.steps)
-    done = np.zeros((count, POWERS_KEPT)), np.zeros((count, work.wheels.shape[0] * LANES)), np.zeros((count, 2))
+    done, impulses = np.zeros((count, POWERS_KEPT)), np.zeros((count, work.wheels.shape[0] * LANES))
+    contacts, elements = np.zeros((count, 2)), np.zeros((count, 2))
     energy_kernel(
         *asm.flattened_assembly(A), A.start, march.steps, march.states, rails.ends, rails.free, rails.local,
-        rails.answers, damping, places, 0.5 * (nodes + 1.0), 0.5 * weights, work.wheels, work.pieces, work.Q, *done,
-        A.scales, whole_steps.packed_nodes(_nodes_of(A)),
+        rails.answers, damping, places, 0.5 * (nodes + 1.0), 0.5 * weights, work.wheels, work.pieces, work.Q, done,
+        impulses, contacts, elements, A.scales, whole_steps.packed_nodes(_nodes_of(A)),
     )  # fmt: skip
-    return done
+    return done, impulses, contacts, elements

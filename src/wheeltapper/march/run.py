@@ -397,9 +397,10 @@ def replay(program: Assembly, found: MultibodyMarch, times: FloatArray, rows: In
 
 
 def works(program: Assembly, found: MultibodyMarch, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
-    """Return each step's works (steps, POWERS_KEPT), impulses (steps, lanes), elastic energies at its ends (steps, 2).
+    """Return each step's works (steps, POWERS_KEPT), impulses (steps, lanes), and elastic energies at its ends.
 
-    `damping` acts on the velocities of the displacements at `places`.
+    These are those of contacts and of nonlinear elements, (steps, 2) both. `damping` acts on the velocities of the
+    displacements at `places`; the last one is a deck's where there is one.
     """
     from wheeltapper.march import replay
 
@@ -489,6 +490,13 @@ def works_on_rails(found: Marched) -> Works:
     from wheeltapper.march.general.integrals import works
 
     return works(found.found, found.end)
+
+
+def contact_energies_on_rails(found: Marched) -> tuple[FloatArray, float]:
+    """Return the elastic energy of all contacts of a general march at both ends, and what their material took, J."""
+    from wheeltapper.march.general.contact_energy import contact_energies
+
+    return contact_energies(found.found, found.end)
 
 
 def rules_on_rails(found: Marched, steps: int) -> Iterator[Rule]:

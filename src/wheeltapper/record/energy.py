@@ -100,52 +100,30 @@ def _state_energy(lowered: Lowered, ends: FloatArray) -> tuple[float, float]:
 
 
 def balance(lowered: Lowered, integrals: Integrals) -> xr.Dataset:
-    """Return the energy balance over the whole run, in J.
-
-    `imbalance` is the difference of both sides. `relative_imbalance` divides it by the exchanged energy: the sum of the
-    largest kinetic and elastic energies and of the magnitudes of all works.
-    """
-    import xarray as xr
-
+    """Return the energy balance over the whole run, in J."""
     from wheeltapper.march import dense
+    from wheeltapper.record.energy_terms import energies
 
     ends, columns = integrals.ends, integrals.columns
     kinetic0, springs0 = _state_energy(lowered, ends[0, 0])
     kinetic1, springs1 = _state_energy(lowered, ends[-1, 1])
-    elastic = springs1 + integrals.elastic[-1, 1] - springs0 - integrals.elastic[0, 0]
+    in_contact = float(integrals.elastic[-1, 1] - integrals.elastic[0, 0])
     jumps = float((integrals.elastic[1:, 0] - integrals.elastic[:-1, 1]).sum())
     settled = jumps if lowered.program.numbers[contract.MEMORY] != 0.0 else 0.0  # jumps of the contact law itself
-    jumps -= settled
-    work_path = float(columns[:, dense.WORK_PATH].sum() + columns[:, dense.WORK_FACTOR].sum()) + jumps
+    work_path = float(columns[:, dense.WORK_PATH].sum() + columns[:, dense.WORK_FACTOR].sum()) + jumps - settled
     rise = ends[:, 1, dense.OUT_DECK_Y] - ends[:, 0, dense.OUT_DECK_Y]
     prestress = lowered.program.numbers[contract.PRESTRESS] * float(rise[integrals.on_deck].sum())
     work_load = -(ends[-1, 1, dense.OUT_WHEEL_Y] - ends[0, 0, dense.OUT_WHEEL_Y]) + prestress
     lost = columns[:, [dense.LOST_SUSPENSION, dense.LOST_DECK, dense.LOST_CONTACT]].sum(axis=0)
     lost[2] -= settled
-    imbalance = kinetic1 - kinetic0 + elastic - work_path - work_load + lost.sum()
-    exchanged = (
-        0.5 * float((ends[:, 0, dense.OUT_WHEEL_V] ** 2).max())
-        + float(integrals.elastic.max())
-        + float(np.abs(columns[:, dense.WORK_PATH]).sum())
-        + float(lost.sum())
-        + abs(work_load)
-    )
-    joule = lowered.force * lowered.length
-    values = {
-        "kinetic": (kinetic1 - kinetic0, "change of kinetic energy"),
-        "elastic": (elastic, "change of elastic energy of contact and springs"),
-        "dissipated": (float(lost.sum()), "energy dissipated in suspension, deck bearing and contact"),
-        "dissipated_suspension": (float(lost[0]), "energy dissipated in the suspension"),
-        "dissipated_deck": (float(lost[1]), "energy dissipated in the deck's bearing"),
-        "dissipated_contact": (float(lost[2]), "energy dissipated in the contact, plastic work of impacts included"),
-        "work_of_load": (work_load, "work of load, weight and prestress"),
-        "work_of_irregularity": (work_path, "work of the irregularity"),
-        "imbalance": (imbalance, "what is left of the balance"),
+    terms = {
+        "kinetic": kinetic1 - kinetic0,
+        "elastic": springs1 - springs0 + in_contact,
+        "elastic_contact": in_contact,
+        "dissipated_suspension": lost[0],
+        "dissipated_deck": lost[1],
+        "dissipated_contact": lost[2],
+        "work_of_load": work_load,
+        "work_of_irregularity": work_path,
     }
-    variables = {name: ((), value * joule, {"units": "J", "long_name": text}) for name, (value, text) in values.items()}
-    variables["relative_imbalance"] = (
-        (),
-        imbalance / exchanged,
-        {"units": "", "long_name": "imbalance over energy exchanged"},
-    )
-    return xr.Dataset(variables)
+    return energies(terms, float(integrals.elastic[0, 0]), lowered.force * lowered.length)

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ground.needs import HYSTERESIS
 from wheeltapper.lower.wagon import DECK, LoweredWagon
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import run
@@ -30,9 +29,9 @@ if TYPE_CHECKING:
     from wheeltapper.march.multibody import MultibodyMarch
 
 FloatArray = NDArray[np.float64]
-SIGNS = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
+SIGNS = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0])
 """Sign with which each work of `march.replay` (load, path, shape, damper, friction, drive, stand-in, rails, sliders,
-material) enters the change of energy."""
+material, a deck's bearing) enters the change of energy."""
 EVERY = 16
 """At the end of each run one step in this many is checked. A check repeats the step, which costs more than its march
 did."""
@@ -49,18 +48,22 @@ def missing_part(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenari
 def _missing_in(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario, every: int) -> float:
     """Return the missing share of the exchanged energy, from one step in so many."""
     sample = march._replace(steps=march.steps[::every], states=march.states[::every])
-    done, _, contacts = works(lowered, sample, scenario)
+    done, _, contacts, elements = works(lowered, sample, scenario)
+    elastic = contacts + elements
     states = np.vstack([march.states[1::every], march.state])[: len(sample.states)]
     kinetic, springs = _stored_energies(lowered, sample.states, scenario)
     kinetic_after, springs_after = _stored_energies(lowered, states, scenario)
-    change = kinetic_after - kinetic + springs_after - springs + contacts[:, 1] - contacts[:, 0]
+    change = kinetic_after - kinetic + springs_after - springs + elastic[:, 1] - elastic[:, 0]
     missing = float(np.abs(np.cumsum(change - done @ SIGNS)).max())
-    exchanged = float(kinetic.max() + contacts.max() + every * np.abs(done).sum())
+    exchanged = float(kinetic.max() + elastic.max() + every * np.abs(done).sum())
     return every * missing / exchanged
 
 
 def works(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario) -> tuple[FloatArray, ...]:
-    """Return works (steps, POWERS_KEPT), impulses (steps, lanes) and elastic energies (steps, 2) of some steps."""
+    """Return works (steps, POWERS_KEPT), impulses (steps, lanes) and elastic energies (steps, 2) of some steps.
+
+    These are those of contacts, and of nonlinear elements.
+    """
     structure, layout = lowered.structure, lowered.layout
     count = len(layout.motions)
     damping = np.zeros((count, count))
@@ -104,46 +107,31 @@ def _changes_stretch(lowered: LoweredWagon, march: MultibodyMarch) -> NDArray[np
 def balance(
     lowered: LoweredWagon, march: MultibodyMarch, works: tuple[FloatArray, ...], scenario: Scenario
 ) -> xr.Dataset:
-    """Return the energy balance over the whole run, in J.
-
-    `relative_imbalance` divides the imbalance by the exchanged energy: the largest kinetic and elastic energies and the
-    magnitudes of all works.
-    """
-    import xarray as xr
-
+    """Return the energy balance over the whole run, in J."""
     from wheeltapper.march import replay
+    from wheeltapper.record.energy_terms import energies
 
-    done, _, contacts = works
-    sliders, lossy = lowered.structure.sliders, HYSTERESIS in scenario.needs
+    done, _, contacts, elements = works
     kinetic, springs = _stored_energies(lowered, np.vstack([march.states, march.state]), scenario)
-    elastic = springs[-1] - springs[0] + contacts[-1, 1] - contacts[0, 0]
-    jumped = contacts[1:, 0] - contacts[:-1, 1]
+    in_contacts = contacts[-1, 1] - contacts[0, 0]
+    elastic = contacts + elements
+    jumped = elastic[1:, 0] - elastic[:-1, 1]
     yielded = _changes_stretch(lowered, march)
-    jumps, shaped = float(jumped[~yielded].sum()), float(jumped[yielded].sum())
-    total = done.sum(axis=0)
-    load = total[replay.LOAD_POWER] + total[replay.STAND_IN_POWER]
-    slipped = _energy_of_slips(lowered, march)
-    path = total[replay.PATH_POWER] + jumps + slipped
-    rubbed = total[replay.SLIDER_POWER] + slipped
-    imbalance = kinetic[-1] - kinetic[0] + elastic - jumps - shaped - total @ SIGNS
-    exchanged = float(kinetic.max() + contacts.max() + np.abs(done).sum())
-    values = {
-        "kinetic": (kinetic[-1] - kinetic[0], "change of kinetic energy"),
-        "elastic": (elastic, "change of elastic energy of contacts and springs"),
-        "dissipated": (total[replay.DAMPER_POWER], "energy dissipated in dampers"),
-        **(
-            {"dissipated_contact": (total[replay.MATERIAL_POWER], "energy dissipated in the contacts")} if lossy else {}
-        ),
-        "friction": (total[replay.FRICTION_POWER], "energy dissipated by friction in the contacts"),
-        **({"element_friction": (rubbed, "energy dissipated by dry friction in elements")} if sliders else {}),
-        "work_of_load": (load, "work of the static loads"),
-        "work_of_irregularity": (path, "work of the irregularity"),
-        "work_of_shape": (total[replay.SHAPE_POWER] + shaped, "work of the contacts' changing shape"),
-        **({"given_to_track": (total[replay.RAIL_POWER], "work on the rails")} if lowered.below is not None else {}),
-        "work_of_drive": (total[replay.DRIVE_POWER], "work of what keeps the speed"),
-        "imbalance": (imbalance, "what is missing in the balance"),
-        "exchanged": (exchanged, "energy exchanged"),
+    total, slipped = done.sum(axis=0), _energy_of_slips(lowered, march)
+    terms = {
+        "kinetic": kinetic[-1] - kinetic[0],
+        "elastic": springs[-1] - springs[0] + elastic[-1, 1] - elastic[0, 0],
+        "elastic_contact": in_contacts,
+        "dissipated_suspension": total[replay.DAMPER_POWER],
+        "dissipated_friction": total[replay.SLIDER_POWER] + slipped,
+        "dissipated_deck": total[replay.BEARING_POWER],
+        "dissipated_contact": total[replay.MATERIAL_POWER],
+        "dissipated_creep": total[replay.FRICTION_POWER],
+        "work_of_load": total[replay.LOAD_POWER] + total[replay.STAND_IN_POWER],
+        "work_of_irregularity": total[replay.PATH_POWER] + float(jumped[~yielded].sum()) + slipped,
+        "work_of_shape": total[replay.SHAPE_POWER] + float(jumped[yielded].sum()),
+        "work_of_drive": total[replay.DRIVE_POWER],
     }
-    out = xr.Dataset({name: ((), value, {"units": "J", "long_name": text}) for name, (value, text) in values.items()})
-    out["relative_imbalance"] = ((), abs(imbalance) / exchanged, {"units": "", "long_name": "imbalance over exchanged"})
-    return out
+    if lowered.below is not None:
+        terms["into_track"] = total[replay.RAIL_POWER]
+    return energies(terms, float(contacts[0, 0]))

@@ -70,7 +70,7 @@ class Works(NamedTuple):
     bodies
         What the contacts took from the bodies, ∫ N·shapes'·v dt.
     dissipated
-        In the bodies' dampers.
+        By the bodies' dampers, at each freedom, (freedoms,); those of a deck's bearing act at the last one alone.
     ends
         Kinetic energy, and energy of the springs, of the bodies at the start and at the end: (2, 2).
     load
@@ -80,7 +80,7 @@ class Works(NamedTuple):
     contact: FloatArray
     path: FloatArray
     bodies: FloatArray
-    dissipated: float
+    dissipated: FloatArray
     ends: FloatArray
     load: float
 
@@ -197,10 +197,10 @@ def works(found: Found, end: float) -> Works:
     """Return works and energies from the start up to a time, s; those of the contacts each on its own."""
     system = found.prepared.system
     contact, path, taken = np.zeros((3, len(system.contacts)))
-    lost = 0.0
+    lost = np.zeros(len(system.bodies.load))
     for rule in rules(found, end):
         at = replay(found, rule.times)
-        lost += float(np.einsum("ti,ij,tj->t", at.velocity, system.bodies.damping, at.velocity) @ rule.weights)
+        lost += rule.weights @ (at.velocity * (at.velocity @ system.bodies.damping))
         counted = at.force * rule.weights[:, None]
         for some, part in found.by_stretch(steps_at(found, rule.times)):
             taken += (counted[some] * (at.velocity[some] @ part.prepared.system.bodies.shapes)).sum(axis=0)

@@ -525,9 +525,7 @@ def path_heights(contact: Contact, x: FloatArray) -> FloatArray:
     """Return the height of a contact's path, m, at places of its own table."""
     piece, from_centre = _piece_at(contact, x)
     columns = contact.pieces.T
-    xi, out = from_centre / columns[contract.SCALE][piece], np.zeros_like(x)
-    for k in range(int(columns[contract.DEGREE].max()), -1, -1):
-        out = out * xi + np.where(k <= columns[contract.DEGREE], columns[contract.COEFFICIENT + k], 0.0)[piece]
+    out = _along(contact, x, contract.DEGREE, contract.COEFFICIENT)
     sine, cosine = columns[contract.SINE], columns[contract.COSINE]
     if sine.any() or cosine.any():
         wave = columns[contract.WAVENUMBER][piece] * from_centre
@@ -537,16 +535,23 @@ def path_heights(contact: Contact, x: FloatArray) -> FloatArray:
 
 def surface_along(contact: Contact, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return what earlier wheels have left, and what the surface bears, m, at places of a yielding contact's table."""
+    left = _along(contact, x, contract.RESIDUAL_DEGREE, contract.RESIDUAL)
+    return left, _along(contact, x, contract.BEARS_DEGREE, contract.BEARS)
+
+
+def factors_along(contact: Contact, x: FloatArray) -> FloatArray:
+    """Return the factor on a contact's force at places of its own table."""
+    return _along(contact, x, contract.FACTOR_DEGREE, contract.FACTOR, 1.0)
+
+
+def _along(contact: Contact, x: FloatArray, degree: int, first: int, without: float = 0.0) -> FloatArray:
+    """Return polynomials whose degree and terms are in these columns of pieces, or a number where there are none."""
     piece, from_centre = _piece_at(contact, x)
     columns = contact.pieces.T
-    xi = from_centre / columns[contract.SCALE][piece]
-    left, bears = np.zeros((2, len(x)))
-    for out, degree, first in (
-        (left, contract.RESIDUAL_DEGREE, contract.RESIDUAL), (bears, contract.BEARS_DEGREE, contract.BEARS),
-    ):  # fmt: skip
-        for k in range(int(columns[degree].max()), -1, -1):
-            out[:] = out * xi + columns[first + k][piece]
-    return left, bears
+    xi, out = from_centre / columns[contract.SCALE][piece], np.zeros(len(x))
+    for k in range(int(columns[degree].max()), -1, -1):
+        out = out * xi + np.where(k <= columns[degree], columns[first + k], 0.0)[piece]
+    return np.where(columns[degree][piece] < 0.0, without, out)
 
 
 def path_slopes(contact: Contact, x: FloatArray) -> FloatArray:

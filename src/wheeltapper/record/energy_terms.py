@@ -1,0 +1,108 @@
+"""The terms of an energy balance: one list of names, whatever the vehicle and the track, and one sum of them."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import xarray as xr
+
+TERMS = {
+    "kinetic": "change of kinetic energy of the vehicle, and of a deck",
+    "elastic": "change of elastic energy of springs and contacts, and of a deck's bearing",
+    "elastic_contact": "of that, in the contacts",
+    "dissipated": "energy dissipated in suspensions, contacts and a deck's bearing",
+    "dissipated_suspension": "of that, by dampers of the suspensions",
+    "dissipated_friction": "of that, by dry friction of the suspensions",
+    "dissipated_deck": "of that, in the deck's bearing",
+    "dissipated_contact": "of that, by the material of the contacts, plastic work of impacts included",
+    "dissipated_creep": "of that, by creep of the contacts",
+    "work_of_load": "work of load, weight and a deck's prestress",
+    "work_of_irregularity": "work of the irregularity, where no wheel shifts also that of the rail's curvature",
+    "work_of_shape": "work of the contacts' changing shape, where wheels shift",
+    "work_of_drive": "work of what keeps the speed",
+    "into_track": "energy that the contact forces gave to rails that bend",
+}
+"""Terms of every balance, in J. All energies are changes over the run."""
+OF_RAILS = {
+    "track_stored": "change of kinetic and elastic energy of the track, the residual's included",
+    "track_dissipated": "energy dissipated in rail, pads and ballast",
+    "into_anomalies": "energy that went into what differs at anomalous seats, and into the ballast below voids",
+    "work_of_traction": "work on the track of what keeps the wheels' speed along the slope of the bent rail",
+}
+"""Terms that only rails which give way have; what a track takes is followed further for vehicles in the plane."""
+MEANINGS = {
+    **TERMS,
+    **OF_RAILS,
+    "imbalance": "what is left of the balance",
+    "exchanged": "energy exchanged: the magnitudes of all terms, and the elastic energy of the contacts at the start",
+    "truncation": "force times velocity of the rail, less what the track stores and dissipates, over energy exchanged",
+    "relative_imbalance": "magnitude of the imbalance over the energy exchanged",
+}
+TINY = 1e-300
+"""Stands for no energy at all where another is divided by it."""
+LOSSES = tuple(name for name in TERMS if name.startswith("dissipated_"))
+FORMER = {
+    "into_contact": ("elastic_contact", "dissipated_contact"),
+    "friction": ("dissipated_creep",),
+    "element_friction": ("dissipated_friction",),
+    "given_to_track": ("into_track",),
+}
+"""Names until version 1, and the terms whose sum is what they named."""
+
+
+class Energies(xr.Dataset):  # type: ignore[no-untyped-call]
+    """An energy balance. Former names of its terms are answered, with a warning, for one version."""
+
+    __slots__ = ()
+
+    def __getitem__(self, key: Any) -> Any:
+        """Return a term by its name, or what `xarray.Dataset` returns."""
+        terms = FORMER.get(key, ()) if isinstance(key, str) else ()
+        return _former(self, key, terms) if terms and key not in self else super().__getitem__(key)
+
+    def __getattr__(self, name: str) -> Any:
+        """Return a term as an attribute."""
+        terms = FORMER.get(name, ())
+        return _former(self, name, terms) if terms else super().__getattr__(name)
+
+
+def _former(energies: Energies, name: str, terms: tuple[str, ...]) -> Any:
+    now = " + ".join(terms)
+    warnings.warn(f"energy.{name} is now {now}; the old name will go", FutureWarning, stacklevel=3)
+    return sum((energies[term] for term in terms[1:]), energies[terms[0]])
+
+
+def energies(terms: Mapping[str, float], at_first: float, joule: float = 1.0, more: float = 0.0) -> Energies:
+    """Return an energy balance.
+
+    The energy exchanged, with which what is left is compared, is the sum of the magnitudes of all terms, and of the
+    elastic energy of the contacts at the start: where nothing moves, nothing is exchanged.
+
+    Parameters
+    ----------
+    terms
+        By names of TERMS, those that are not there being zero, and of OF_RAILS; and `truncation`. `dissipated` is the
+        sum of its parts.
+    at_first
+        Elastic energy of the contacts at the start.
+    joule
+        Unit of all these, J.
+    more
+        What is left of the balance of the track.
+    """
+    values = {name: terms.get(name, 0.0) for name in TERMS} | {name: terms[name] for name in OF_RAILS if name in terms}
+    values["dissipated"] = sum(values[name] for name in LOSSES)
+    works = sum(values[name] for name in TERMS if name.startswith("work"))
+    taken = values["kinetic"] + values["elastic"] + values["dissipated"] + values["into_track"]
+    values["imbalance"] = taken - works + more
+    parts = values.keys() - {"elastic_contact", "dissipated", "imbalance"}
+    values["exchanged"] = sum(abs(values[name]) for name in parts) + at_first
+    shares = {name: terms[name] / max(values["exchanged"], TINY) for name in ("truncation",) if name in terms}
+    shares["relative_imbalance"] = abs(values["imbalance"]) / max(values["exchanged"], TINY)
+    variables = {name: ((), value * joule + 0.0, {"units": "J"}) for name, value in values.items()}
+    variables |= {name: ((), value, {"units": ""}) for name, value in shares.items()}
+    for name, (_, _, attributes) in variables.items():
+        attributes["long_name"] = MEANINGS[name]
+    return Energies(variables)
