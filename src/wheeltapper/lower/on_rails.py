@@ -57,6 +57,8 @@ contacts feel of each other's kinks, which is a polynomial, more are no better."
 KINKED_STEP = 0.5
 """Longest macro step of suspensions with kinks over that of others: what contacts feel of each other's kinks in a step
 is smoothed. On rails the track's modes make it short."""
+KINKED_SWEEP = 1e-10
+"""Change of what contacts feel, in a macro step of such suspensions, below which it is not looked for any further."""
 TABLE_BYTES = 50.0
 """Memory for each place in a bay, node and mode, while tables of single precision are made."""
 VIRGIN = Note(
@@ -405,7 +407,7 @@ def task_of(
     system = system_of(vehicle, under, tables, speed)
     how = method_on(system.ring, method)
     if vehicle.plane.elements and system.ring is None:
-        how = how._replace(step=KINKED_STEP * how.step)
+        how = how._replace(step=KINKED_STEP * how.step, sweep=min(how.sweep, KINKED_SWEEP))
     yields = isinstance(vehicle.contact, ElasticPlastic)
     if not (yields and len(tables) > 1 and scenario.rolling == "point" and speed > 0.0):
         return general.Task(system, how, duration)
