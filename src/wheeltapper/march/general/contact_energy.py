@@ -26,7 +26,6 @@ def contact_energies(found: Found, end: float) -> tuple[FloatArray, float]:
     stored, taken, speed = np.zeros(2), 0.0, found.prepared.system.speed
     for i, wheel in enumerate(found.prepared.system.wheels):
         row, table = law_row(wheel, Units(1.0, 1.0), 0), table_of(wheel)
-
         stored += (own := _energy_at(np.array([0.0, end]), found, i, row, table))
         if not row[switch.LAW_RATED]:
             continue
@@ -61,7 +60,7 @@ def _pressing_work(
     out = np.zeros(len(delta))
     for i, (depth, most) in enumerate(zip(delta, bears, strict=True)):
         for begin, until in ((0.0, min(depth, most)), (most, depth)):
-            if until > begin or (until < 0.0 and begin == 0.0):
+            if until > begin or begin == 0.0:
                 at = begin + (until - begin) * parts**2
                 force = _forces(at, row, table, np.full(at.shape, factor[i]), left[i], most)
                 out[i] += (until - begin) * (weights * parts) @ force
