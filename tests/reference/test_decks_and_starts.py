@@ -64,7 +64,7 @@ def test_the_energy_of_a_deck_closes(contact):
     assert abs(float(found.relative_imbalance)) < 1e-10
     assert float(found.dissipated) > 0.01
     assert float(found.dissipated_deck) > 0.01
-    assert float(found.into_track) == 0.0
+    assert abs(float(found.into_track)) < 1e-9 * float(found.work_of_irregularity)
 
 
 # -- a general solver --------------------------------------------------------------------------------------------------

@@ -24,7 +24,7 @@ KINKS["all"] = {name: value for kind in KINKS.values() for name, value in kind.i
 SPEED, CONTACT = 9.0, 1.2e9
 WHEEL["load"] += WHEEL["stiffness"] * (WHEEL["load"] + 9.81 * WHEEL["mass"]) / CONTACT  # what the spring bears at rest
 WAVES = ((4e-5, 2 * pi / 0.061), (6e-5, 2 * pi / 0.11))
-TIMES = {"default": 1e-10, "strict": 1e-12}
+TIMES = {"default": 3e-10, "strict": 1e-12}
 """By how much times of events may differ, s."""
 BOGIE = {
     "wheelset_mass": 1200.0, "frame_mass": 2600.0, "pitch_inertia": 1500.0, "wheelbase": 2.56,

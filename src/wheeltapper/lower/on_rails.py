@@ -51,14 +51,12 @@ FloatArray = NDArray[np.float64]
 DECK = "deck"
 """Name of the freedom that is a deck."""
 GENERAL_METHODS = {"default": general.DEFAULT, "strict": general.STRICT}
-NODES_OF_BODIES = 10
-"""Nodes of a macro step where no modes have to be resolved. The fastest ones need more of the strict method; for what
-contacts feel of each other's kinks, which is a polynomial, more are no better."""
-KINKED_STEP = 0.5
-"""Longest macro step of suspensions with kinks over that of others: what contacts feel of each other's kinks in a step
-is smoothed. On rails the track's modes make it short."""
-KINKED_SWEEP = 1e-10
-"""Change of what contacts feel, in a macro step of such suspensions, below which it is not looked for any further."""
+METHODS_OF_BODIES = {
+    "default": general.DEFAULT._replace(tail=1e-8, sweep=1e-10),
+    "strict": general.STRICT._replace(nodes=10, step=0.5 * general.STRICT.step),
+}
+"""Without modes. What contacts feel of each other's kinks in a macro step is a polynomial, for which more nodes are no
+better, but shorter steps are. All is the same however many contacts there are, so that one more changes nothing."""
 TABLE_BYTES = 50.0
 """Memory for each place in a bay, node and mode, while tables of single precision are made."""
 VIRGIN = Note(
@@ -388,8 +386,7 @@ def system_of(vehicle: OnWheels, under: UnderWheels, tables: Sequence[PathTable]
 
 def method_on(ring: Ring | None, method: str) -> general.Method:
     """Return how macro steps are made over the modes of a track, or without any."""
-    how = GENERAL_METHODS[method]
-    return how._replace(nodes=NODES_OF_BODIES) if ring is None else how
+    return (METHODS_OF_BODIES if ring is None else GENERAL_METHODS)[method]
 
 
 def _stayed(law: general.Law, port: general.Port) -> general.Contact:
@@ -406,8 +403,6 @@ def task_of(
     """Return a vehicle on its paths and its track for some time, with what its rail remembers."""
     system = system_of(vehicle, under, tables, speed)
     how = method_on(system.ring, method)
-    if vehicle.plane.elements and system.ring is None:
-        how = how._replace(step=KINKED_STEP * how.step, sweep=min(how.sweep, KINKED_SWEEP))
     yields = isinstance(vehicle.contact, ElasticPlastic)
     if not (yields and len(tables) > 1 and scenario.rolling == "point" and speed > 0.0):
         return general.Task(system, how, duration)

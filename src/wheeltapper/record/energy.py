@@ -116,6 +116,13 @@ def balance(lowered: Lowered, integrals: Integrals) -> xr.Dataset:
     work_load = -(ends[-1, 1, dense.OUT_WHEEL_Y] - ends[0, 0, dense.OUT_WHEEL_Y]) + prestress
     lost = columns[:, [dense.LOST_SUSPENSION, dense.LOST_DECK, dense.LOST_CONTACT]].sum(axis=0)
     lost[2] -= settled
+    exchanged = (
+        0.5 * float((ends[:, 0, dense.OUT_WHEEL_V] ** 2).max())
+        + float(integrals.elastic.max())
+        + float(np.abs(columns[:, dense.WORK_PATH]).sum())
+        + float(lost.sum())
+        + abs(work_load)
+    )
     terms = {
         "kinetic": kinetic1 - kinetic0,
         "elastic": springs1 - springs0 + in_contact,
@@ -126,4 +133,4 @@ def balance(lowered: Lowered, integrals: Integrals) -> xr.Dataset:
         "work_of_load": work_load,
         "work_of_irregularity": work_path,
     }
-    return energies(terms, float(integrals.elastic[0, 0]), lowered.force * lowered.length)
+    return energies(terms, exchanged, lowered.force * lowered.length)

@@ -46,19 +46,21 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
         "kinetic": kinetic, "elastic": elastic + float(of_stops[~damped].sum()) + springs + guided + in_contacts,
         "elastic_contact": in_contacts, "dissipated_suspension": lost - of_deck, "dissipated_friction": friction,
         "dissipated_deck": of_deck, "dissipated_contact": material, "work_of_load": found.load + guided,
-        "work_of_irregularity": path + in_contacts + material - contact,
+        "work_of_irregularity": path + in_contacts + material - contact, "into_track": taken + path - contact,
     }  # fmt: skip
-    more = 0.0
+    exchanged = float(found.dissipated.sum() + np.abs(found.bodies).sum() + np.abs(found.path).sum())
+    exchanged, more = exchanged + abs(found.load) + float(stored[0]), 0.0
     if lowered.modes is not None:
         of_track = track_works(section_of(scenario.track), lowered, march)
         terms |= {
-            "into_track": taken + path - contact + of_track.sudden, "track_stored": of_track.stored,
-            "track_dissipated": of_track.lost, "into_anomalies": -of_track.anomalies,
-            "work_of_traction": -of_track.slope, "truncation": of_track.missed,
+            "track_stored": of_track.stored, "track_dissipated": of_track.lost, "truncation": of_track.missed,
+            "into_anomalies": -of_track.anomalies, "work_of_traction": -of_track.slope,
         }  # fmt: skip
         terms["work_of_irregularity"] += of_track.sudden
+        terms["into_track"] += of_track.sudden
+        exchanged += abs(of_track.anomalies) + of_track.lost + abs(of_track.slope)
         more = of_track.stored + of_track.lost + of_track.missed - of_track.given - of_track.anomalies
-    return energies(terms, float(stored[0]), rails, more)
+    return energies(terms, exchanged, rails, more)
 
 
 def _held_by_guides(lowered: LoweredOnRails, march: Marched) -> float:

@@ -36,12 +36,10 @@ MEANINGS = {
     **TERMS,
     **OF_RAILS,
     "imbalance": "what is left of the balance",
-    "exchanged": "energy exchanged: the magnitudes of all terms, and the elastic energy of the contacts at the start",
+    "exchanged": "energy exchanged: the magnitudes of all works on the way, the scale of what is left",
     "truncation": "force times velocity of the rail, less what the track stores and dissipates, over energy exchanged",
     "relative_imbalance": "magnitude of the imbalance over the energy exchanged",
 }
-TINY = 1e-300
-"""Stands for no energy at all where another is divided by it."""
 LOSSES = tuple(name for name in TERMS if name.startswith("dissipated_"))
 FORMER = {
     "into_contact": ("elastic_contact", "dissipated_contact"),
@@ -74,19 +72,17 @@ def _former(energies: Energies, name: str, terms: tuple[str, ...]) -> Any:
     return sum((energies[term] for term in terms[1:]), energies[terms[0]])
 
 
-def energies(terms: Mapping[str, float], at_first: float, joule: float = 1.0, more: float = 0.0) -> Energies:
+def energies(terms: Mapping[str, float], exchanged: float, joule: float = 1.0, more: float = 0.0) -> Energies:
     """Return an energy balance.
-
-    The energy exchanged, with which what is left is compared, is the sum of the magnitudes of all terms, and of the
-    elastic energy of the contacts at the start: where nothing moves, nothing is exchanged.
 
     Parameters
     ----------
     terms
         By names of TERMS, those that are not there being zero, and of OF_RAILS; and `truncation`. `dissipated` is the
         sum of its parts.
-    at_first
-        Elastic energy of the contacts at the start.
+    exchanged
+        With which what is left is compared: the magnitudes of all works, as finely as a march tells them apart, and
+        the largest energies that it knows, so that it is not zero where nothing moves.
     joule
         Unit of all these, J.
     more
@@ -97,10 +93,9 @@ def energies(terms: Mapping[str, float], at_first: float, joule: float = 1.0, mo
     works = sum(values[name] for name in TERMS if name.startswith("work"))
     taken = values["kinetic"] + values["elastic"] + values["dissipated"] + values["into_track"]
     values["imbalance"] = taken - works + more
-    inside = ("elastic_contact", "dissipated", "imbalance")  # parts and sums of others
-    values["exchanged"] = sum(abs(value) for name, value in values.items() if name not in inside) + at_first
-    shares = {name: terms[name] / max(values["exchanged"], TINY) for name in ("truncation",) if name in terms}
-    shares["relative_imbalance"] = abs(values["imbalance"]) / max(values["exchanged"], TINY)
+    values["exchanged"] = exchanged
+    shares = {name: terms[name] / exchanged for name in ("truncation",) if name in terms}
+    shares["relative_imbalance"] = abs(values["imbalance"]) / exchanged
     variables = {name: ((), value * joule + 0.0, {"units": "J"}) for name, value in values.items()}
     variables |= {name: ((), value, {"units": ""}) for name, value in shares.items()}
     for name, (_, _, attributes) in variables.items():

@@ -134,4 +134,4 @@ def balance(
     }
     if lowered.below is not None:
         terms["into_track"] = total[replay.RAIL_POWER]
-    return energies(terms, float(contacts[0, 0]))
+    return energies(terms, float(kinetic.max() + elastic.max() + np.abs(done).sum()))
