@@ -24,8 +24,8 @@ def limits(
 ) -> int:
     """Compare a run with dated limits: forces of wheels, Y/Q, flats.
 
-    Exit code 1: a limit is exceeded; 3: none is, but the run never meets something that the scenario describes, or no limit
-    at all can be compared with it.
+    Exit code 1: a limit is exceeded; 3: none is, but the run never meets something that the scenario describes, or none
+    can be compared with it.
 
     Parameters
     ----------
