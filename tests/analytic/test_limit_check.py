@@ -230,6 +230,26 @@ def test_the_command_compares_a_file_and_says_so_by_its_exit_code(flat, tmp_path
 
 
 @pytest.mark.parametrize(
+    ("field", "reason"),
+    [
+        ('low_pass = "2 Hz"', "0.2 s are shorter than a period of 2 Hz"),
+        ('low_pass = "5 Hz"', "nothing is left of the run but the ends"),
+        ('sliding_mean = "5 m"', "4 m are no longer than the mean over 5 m"),
+        ('speed_above = "80 km/h"', "not for 72 km/h"),
+    ],
+)
+def test_the_command_keeps_no_limit_where_none_can_be_compared(tmp_path, capsys, field, reason):
+    rules, scene = tmp_path / "own.toml", tmp_path / "level.toml"
+    given = f'name = "own"\nquantity = "peak_force"\nlimit = "1 MN"\nlevel = "stop"\n{field}\n'
+    rules.write_text(f"[[rule]]\n{given}", encoding="utf-8")
+    LEVEL.to_toml(scene)
+    assert main(["limits", str(scene), "--rules", str(rules)]) == 3
+    said = capsys.readouterr()
+    assert f"not compared: own: {reason}" in said.out
+    assert said.err == "wheeltapper: no limit can be compared with this run: see what is not compared\n"
+
+
+@pytest.mark.parametrize(
     ("call", "part"),
     [
         (lambda r: wt.limits.check("flat.nc"), "record: found 'flat.nc'"),

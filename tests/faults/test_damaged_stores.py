@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import warnings
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import wheeltapper as wt
 from tests.faults.test_stores import files, written
 from wheeltapper.ask import store as stores
 from wheeltapper.faces.cli import main
-from wheeltapper.record.chart_store import load_chart
+from wheeltapper.record.chart_store import CHECKSUMS, load_chart
 from wheeltapper.record.simulate import ModelWarning
 
 
@@ -126,6 +127,7 @@ def test_a_chunk_in_which_no_cell_has_a_value_is_there_all_the_same(tmp_path):
 
 def old(store):
     """Make a store one of format 1: no checksums, and no file where a chunk holds nothing but NaN or zeros."""
+    (store / CHECKSUMS).unlink()
     for meta in store.rglob("zarr.json"):
         held = json.loads(meta.read_text())
         for one in (held, *held.get("consolidated_metadata", {}).get("metadata", {}).values()):
@@ -175,3 +177,82 @@ def test_what_is_no_chart_is_refused_in_one_line(whole, tmp_path):
         with pytest.raises(wt.InputError, match=text) as error:
             load_chart(path)
         assert "\n" not in str(error.value)
+
+
+def changed(name, *keys, to=None, by=None):
+    """Return what sets an entry of a variable's metadata, or adds to it; without either it is removed."""
+
+    def change(store):
+        meta = store / name / "zarr.json"
+        held = json.loads(meta.read_text())
+        inner = held
+        for key in keys[:-1]:
+            inner = inner[key]
+        if to is None and by is None:
+            del inner[keys[-1]]
+        else:
+            inner[keys[-1]] = to if by is None else inner[keys[-1]] + by
+        meta.write_text(json.dumps(held))
+
+    return change
+
+
+def moved(name, to):
+    def move(store):
+        (store / name).rename(store / to)
+
+    return move
+
+
+def exchanged(one, other):
+    def exchange(store):
+        for name, new in ((one, "away"), (other, one), ("away", other)):
+            (store / name).rename(store / new)
+
+    return exchange
+
+
+METADATA = {
+    "a unit": (changed("vehicle.mass", "attributes", "units", to="t"), "vehicle.mass"),
+    "no meaning": (changed("peak", "attributes", "long_name"), "peak"),
+    "another value of what is not there": (changed("impact_interval", "fill_value", to=0.0), "impact_interval"),
+    "another type": (changed("peak", "data_type", to="float32"), "peak"),
+    "no dimensions": (changed("amplification", "dimension_names"), "amplification"),
+    "other dimensions": (
+        changed("peak", "dimension_names", to=["vehicle.mass", "vehicle.damping"]), "peak",
+    ),
+    "another shape": (changed("peak_gradient", "shape", 0, by=1), "peak_gradient"),
+    "no kind": (changed("parameter", "node_type"), "parameter"),
+    "a renamed variable": (moved("peak", "peak_x"), "peak"),
+    "a renamed axis": (moved("vehicle.damping", "vehicle.damper"), "vehicle.damping"),
+    "two variables exchanged": (exchanged("peak", "impact_interval"), "peak"),
+    "status and another exchanged": (exchanged("status", "gradient_status"), "status"),
+    "a value of the scenario": (changed("", "attributes", "scenario", by=" "), "zarr.json"),
+    "no list of coordinates": (changed("", "attributes", "coordinates"), "zarr.json"),
+    "a summary that differs": (
+        changed("", "consolidated_metadata", "metadata", "peak", "attributes", "units", to="kN"), "zarr.json",
+    ),
+    "checksums that are cut": (lambda store: (store / CHECKSUMS).write_text("{ "), CHECKSUMS),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("damage", "name"), METADATA.values(), ids=METADATA)
+def test_metadata_that_is_not_what_was_written_is_refused_in_one_line(whole, tmp_path, capsys, damage, name):
+    study, store = copied(whole, tmp_path)
+    damage(store)
+    with pytest.raises(wt.InputError, match=rf"{name}: found .*; allowed: a whole store") as error:
+        wt.load(store)
+    assert "\n" not in str(error.value)
+    capsys.readouterr()
+    assert resumed(study, store) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert f"{name}: found" in line
+
+
+def test_a_copy_of_a_chart_has_no_checksums_of_its_metadata(whole, tmp_path):
+    before = wt.load(whole[1]).load()
+    changed = before.assign_attrs(by="hand").assign_coords({"vehicle.mass": 1e-3 * before["vehicle.mass"]})
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of texts, which extend Zarr 3
+        changed.drop_encoding().to_zarr(tmp_path / "copy.zarr")
+    xr.testing.assert_identical(wt.load(tmp_path / "copy.zarr").load(), changed)

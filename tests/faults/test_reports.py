@@ -19,6 +19,7 @@ import pytest
 
 import wheeltapper as wt
 from tests.wayside import plain_train
+from wheeltapper.diagnosis.wayside import database
 from wheeltapper.diagnosis.wayside.identities import Identity, named_wheels, read_identities, tagged
 from wheeltapper.diagnosis.wayside.sources import sources_in
 from wheeltapper.faces.cli import main
@@ -222,6 +223,70 @@ def test_only_what_has_changed_is_answered_again(tmp_path, monkeypatch):
     asked.clear()
     assert reported(folder, "--countries", "SE", "--identities", str(tmp_path / "tags.csv")) == 0
     assert asked == ["0.npz"]
+
+
+DAMAGES = {
+    "UPDATE trains SET summary = '{' WHERE train = 2": "train 2 without a whole summary",
+    "UPDATE trains SET summary = '[1]' WHERE train = 2": "train 2 without a whole summary",
+    "UPDATE trains SET summary = json_remove(summary, '$.axles') WHERE train = 1": "train 1 without a whole summary",
+    "UPDATE trains SET number = 'first' WHERE train = 1": "train 1 with numbers for texts, or texts for numbers",
+    "UPDATE recordings SET passed = x'ff00' WHERE recording = 2": "recording 2 with numbers for texts",
+    "ALTER TABLE wheels RENAME COLUMN speed TO velocity": "a table wheels without speed",
+    "ALTER TABLE recordings RENAME COLUMN mark TO marks": "a table recordings without mark",
+    "DROP TABLE alarms": "no table alarms",
+    "PRAGMA foreign_keys = OFF; DELETE FROM trains WHERE train = 1": "a row of wheels without its row of trains",
+    "PRAGMA user_version = 2": "a database with the version 2 and 10 tables",
+}  # fmt: skip
+
+
+def damaged(site_report, tmp_path):
+    """Return a copy of a report's database, in one file, and a folder without recordings."""
+    (tmp_path / "in").mkdir()
+    held = sqlite3.connect(site_report / "findings.db")
+    held.execute("VACUUM INTO ?", (str(tmp_path / "held.db"),))
+    held.close()
+    return tmp_path / "held.db", tmp_path / "in"
+
+
+def refused_database(folder, file, capsys):
+    """Return the one line in which a database is refused."""
+    capsys.readouterr()
+    assert reported(folder, "--database", str(file)) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert f"{file}: database: found " in line
+    return line
+
+
+@pytest.mark.parametrize(("change", "told"), DAMAGES.items())
+def test_a_database_that_was_changed_is_refused_in_one_line(site_report, tmp_path, capsys, change, told):
+    file, folder = damaged(site_report, tmp_path)
+    assert reported(folder, "--database", str(file)) == 0
+    held = sqlite3.connect(file)
+    held.executescript(change)
+    held.close()
+    assert told in refused_database(folder, file, capsys)
+
+
+def test_a_database_with_a_damaged_page_is_refused_when_it_is_opened(site_report, tmp_path, capsys):
+    file, folder = damaged(site_report, tmp_path)
+    held = sqlite3.connect(file)
+    ((first,),) = held.execute("SELECT rootpage FROM sqlite_master WHERE name = 'wheels'").fetchall()
+    ((size,),) = held.execute("PRAGMA page_size").fetchall()
+    held.close()
+    content = bytearray(file.read_bytes())
+    content[size * (first - 1) : size * (first - 1) + 64] = bytes(64)
+    file.write_bytes(content)
+    assert "a damaged file" in refused_database(folder, file, capsys)
+
+
+def test_a_database_that_another_process_holds_is_not_called_a_foreign_one(site_report, tmp_path, capsys, monkeypatch):
+    file, folder = damaged(site_report, tmp_path)
+    monkeypatch.setattr(database, "WAITING", 0.1)
+    other = sqlite3.connect(file, isolation_level=None)
+    other.execute("BEGIN EXCLUSIVE")
+    assert "one that another process has held for 0.1 s; allowed: one process" in refused_database(folder, file, capsys)
+    other.execute("ROLLBACK")
+    assert reported(folder, "--database", str(file)) == 0
 
 
 def test_what_is_no_folder_no_database_or_no_site(tmp_path, capsys):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import wheeltapper as wt
 
@@ -390,3 +391,35 @@ def test_a_derivative_that_nobody_knows_leaves_the_value_alone():
     found = wt.gradient(jump, [speed], ["vehicle.mass"])
     assert found.closing.item() == pytest.approx(wt.simulate(jump).impacts.closing_speed.values[0], rel=1e-9)
     assert np.isnan(found.closing_gradient.values).all()
+
+
+RISING = {"speed": 9.0, "duration": 1.5e-3, "rolling": "point"}  # the force grows until the end
+
+
+@pytest.mark.parametrize(
+    "track", [wt.StiffTrack(), wt.tracks.Ballasted.named("rolland_UIC60_example")], ids=["stiff", "rails"]
+)
+def test_a_force_without_a_maximum_is_that_of_the_end_with_gradients_too(track):
+    vehicle = wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4, radius=0.46)
+    bump = wt.CosineBump(height=2e-4, length=0.2, start=0.0)
+    scene = wt.Scenario(vehicle=vehicle, track=track, contact=wt.Hertz(constant=1.405e11), irregularity=bump, **RISING)
+    asked = [wt.features.largest_force(), wt.features.largest_force(over_static=True)]
+    static = wt.simulate(scene).static_force
+    found = wt.gradient(scene, asked, ["speed", "vehicle.mass"])
+    if track == wt.StiffTrack():
+        weight, sunk = 91_307 + 1500 * 9.81, (static / 1.405e11) ** (2 / 3)
+
+        def motion(time, state):
+            path = 1e-4 * (1.0 - np.cos(2.0 * np.pi * 9.0 * time / 0.2))
+            force = 1.405e11 * max(path - state[0], 0.0) ** 1.5
+            return state[1], (force - weight - 2.44e6 * state[0] - 5e4 * state[1]) / 1500
+
+        end = solve_ivp(motion, (0.0, 1.5e-3), (-sunk, 0.0), method="DOP853", rtol=1e-12, atol=1e-16).y[0, -1]
+        expected = 1.405e11 * (1e-4 * (1.0 - np.cos(2.0 * np.pi * 9.0 * 1.5e-3 / 0.2)) - end) ** 1.5
+        assert float(found.largest_force) == pytest.approx(expected, rel=1e-9)
+    plain = wt.sweep(scene, {"speed": [9.0]}, asked)
+    for name in ("largest_force", "largest_force_over_static"):
+        assert float(found[name]) == pytest.approx(float(plain[name][0]), rel=1e-12)
+        assert np.isnan(found[f"{name}_gradient"]).all()
+    assert "the largest one is that at an end, which has no derivative" in found.attrs["notes"]
+    assert float(found.largest_force) == pytest.approx(static * float(found.largest_force_over_static), rel=1e-12)

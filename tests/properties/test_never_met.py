@@ -119,6 +119,65 @@ def test_each_wheelset_has_its_own_way(changes, told):
     assert told is None or told in found[0]
 
 
+SPRUNG = wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=2e4)
+CORNERED = wt.Wheelset(mass=1500, load=91_307, damping=2e4, spring_corners=((5e-4, 1e6),))
+COACH = wt.Wagon.erri_b176()
+BETWEEN = {"speed": 10.0, "duration": 0.02}  # 0.2 m, within which no wheel comes to the step
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "track", "item", "felt"),
+    [
+        (SPRUNG, wt.StiffTrack(), wt.Step(height=1e-3, position=-1.0), True),
+        (SPRUNG, wt.FloatingDeck(**DECK), wt.Step(height=1e-3, position=-1.0), True),
+        (SPRUNG, LINE, wt.Step(height=1e-3, position=-1.0), False),  # there springs begin without a force
+        (SPRUNG, wt.StiffTrack(), wt.Step(height=1e-3, position=1.0), False),
+        (SPRUNG, wt.StiffTrack(), bump(-1.0), False),
+        (CORNERED, wt.StiffTrack(), wt.Step(height=1e-3, position=-1.0), True),
+        (CORNERED, wt.StiffTrack(), wt.Step(height=1e-4, position=-1.0), False),  # its corner is at 0.5 mm
+        (PAIR, wt.StiffTrack(), wt.Step(height=1e-3, position=-1.0), False),  # nothing joins the two
+        (COACH, wt.StiffTrack(), wt.Step(height=1e-3, position=-1.0), True),  # wheelset 1 above the others
+        (COACH, wt.StiffTrack(), wt.Step(height=1e-3, position=-10.0), True),  # the leading bogie above the other
+        (COACH, wt.StiffTrack(), wt.Step(height=1e-3, position=-25.0), False),  # all of it is higher
+        (COACH, wt.StiffTrack(), {"left": wt.Step(height=1e-3, position=-25.0)}, True),  # it leans
+        (COACH, wt.StiffTrack(), {"wheelset 2": wt.Step(height=1e-3, position=-10.0)}, True),
+        (COACH, wt.StiffTrack(), {"wheelset 2": wt.Step(height=1e-3, position=2.0)}, False),
+    ],
+)
+def test_a_step_on_which_wheels_stand_is_met_if_it_moves_the_static_state(vehicle, track, item, felt):
+    contact = wt.Hertz() if vehicle is COACH else wt.Hertz(constant=1.405e11)
+    places = item if isinstance(item, dict) else (item,)
+    made = wt.Scenario(vehicle=vehicle, track=track, contact=contact, irregularity=places, **BETWEEN)
+    forces = []
+    for one in (made, made.replaced({"irregularity": ()})):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ModelWarning)
+            forces.append(wt.simulate(one).at([0.0, 0.01]).normal_force.values)
+    assert (abs(forces[0] - forces[1]).max() > 1e-6 * forces[1].max()) == felt
+    assert [note for note in unmet_notes(made) if "is never met" in note] == list(unmet_notes(made))
+    assert (unmet_notes(made) == ()) == felt
+
+
+def test_cells_with_a_spring_meet_the_step_behind_them_and_those_without_do_not():
+    base = scene(wt.Step(height=1e-3, position=-1.0), duration=0.02)
+    with pytest.warns(ModelWarning, match="a Step at x = -1 m, is never met.*the worst of 1 such cells of 2"):
+        chart = wt.sweep(base, {"vehicle.stiffness": [0.0, 2.44e6]}, ["largest_force"])
+    static = 91_307 + 1500 * 9.81
+    indentation = (static / 1.405e11) ** (2 / 3)
+    assert abs(chart.largest_force[0] / static - 1) < 1e-9
+    assert abs(chart.largest_force[1] / (static + 2.44e6 * (1e-3 - indentation)) - 1) < 1e-3
+
+
+@pytest.mark.parametrize(("ideal", "place"), [(True, -0.005), (True, 3.3383), (False, -0.005)])
+def test_only_a_circle_touches_a_step_before_its_place_and_only_a_step_up(ideal, place):
+    step = wt.Step(height=1e-4, position=place, ideal=ideal)  # touched 9.6 mm before, where it is not ideal
+    made = scene(step, rolling="circle")
+    with pytest.warns(ModelWarning, match="is never met"):
+        assert not varies(wt.simulate(made))
+    down = made.replaced({"irregularity.0.height": -1e-4})
+    assert (unmet_notes(down) == ()) == (not ideal)
+
+
 def test_a_wagons_wheelset_far_behind_does_not_reach_its_flat():
     flat = wt.WheelFlat(length="40 mm", position=1.0)
     given = {"vehicle": wt.Wagon.erri_b176(), "speed": 30.0, "contact": wt.Hertz()}

@@ -5,6 +5,7 @@ import pytest
 
 import wheeltapper as wt
 from tests.cases import reference
+from tests.reference.test_wagon_on_rails import NUMBERS, half_coach
 
 UNIT = {"between": ("wheelset 1", "ground"), "at": (0.0, 0.0, 0.46)}
 
@@ -175,3 +176,79 @@ def test_a_contact_that_changes_twice_within_a_step_is_found(method, beyond, bri
     assert length < 1e-5  # a step is ten times as long
     assert np.ptp(found.time.values[-2:]) == pytest.approx(length, rel=0.03)
     assert found.time.values[-2:].mean() == pytest.approx(middle, abs=0.02 * length)
+
+
+DECK = wt.FloatingDeck(mass=15_000.0, stiffness=1.5e7, damping=1e5)
+
+
+@pytest.mark.parametrize("track", [wt.StiffTrack(), DECK], ids=["stiff", "deck"])
+@pytest.mark.parametrize(
+    "irregularity",
+    [
+        wt.CosineBump(height=3e-4, length=0.1, start=0.1),
+        wt.Corrugation(amplitude=1e-4, wavelength=0.1, start=0.05),
+        {"wheelset 2": wt.WheelFlat(length="60 mm", position=-2.0, repeat=False)},
+    ],
+    ids=["bump", "corrugation", "flat"],
+)
+def test_half_a_coach_that_cannot_roll_is_a_bogie_on_a_stiff_track_and_on_a_deck(track, irregularity):
+    common = {
+        "track": track, "contact": wt.Hertz(constant_per_wheel=8e10, curvature=False), "speed": 20.0,
+        "duration": 0.04, "irregularity": irregularity,
+    }  # fmt: skip
+    coach = wt.simulate(wt.Scenario(vehicle=half_coach(), profiles=wt.profiles.Cones(), **common), "strict")
+    load = float(coach.static_forces[0].sum())
+    bogie = wt.simulate(wt.Scenario(vehicle=wt.vehicles.Bogie(wheel_load=load, **NUMBERS), **common), "strict")
+    own = coach.events.isel(event=coach.events.side.values == "left")
+    assert own.kind.values.tolist() == bogie.events.kind.values.tolist()
+    assert len(bogie.events.time) >= 4
+    np.testing.assert_allclose(own.time, bogie.events.time, rtol=0, atol=1e-11)
+    times = np.linspace(0.0, 0.04, 401)
+    one, other = coach.at(times).normal_force.sum("side"), bogie.at(times).normal_force
+    np.testing.assert_allclose(one, other, rtol=0, atol=1e-7 * load)
+
+
+@pytest.mark.parametrize("track", [wt.StiffTrack(), DECK], ids=["stiff", "deck"])
+def test_the_same_under_a_mirrored_vehicle_gives_mirrored_forces(track):
+    """Along the vehicle, too: without creep nothing knows which way it goes, but when each wheelset meets its bump."""
+    places, masses, loads = (0.0, -1.7, -4.1), (1300.0, 1500.0, 1100.0), (5.2e4, 4e4, 6e4)
+    held, primary = ("x", "y", "roll", "yaw"), ((2e6, 2e4), (3e6, 1e4), (1.5e6, 4e4))
+    secondary, middle, when = ((-1.0, 6e5, 2e4), (-3.0, 4e5, 1e4)), -1.6, (0.005, 0.012, 0.009)
+
+    def forces(mirrored):
+        order = [2, 1, 0] if mirrored else [0, 1, 2]
+
+        def place(x):
+            return places[-1] - x if mirrored else x
+
+        axles = tuple(
+            wt.vehicles.Axle(
+                mass=masses[i], inertia=(800.0, 90.0, 800.0), position=place(places[i]), held=(*held, "pitch"),
+                load=loads[i],
+            ) for i in order
+        )  # fmt: skip
+        frame = wt.vehicles.Body(
+            name="frame", mass=5e3, inertia=(2e3, 6e3, 8e3), position=(place(middle), 0.0, 0.6), held=held
+        )
+        ends = [(f"wheelset {n}", place(places[i]), *primary[i]) for n, i in enumerate(order, 1)]
+        ends += [("ground", place(x), k, c) for x, k, c in secondary]
+        elements = []
+        for n, (end, x, k, c) in enumerate(ends):
+            common = {"between": ("frame", end), "at": (x, 0.0, 0.6)}
+            elements.append(wt.vehicles.Spring(name=f"spring {n}", stiffness=(0.0, 0.0, k), **common))
+            elements.append(wt.vehicles.Damper(name=f"damper {n}", damping=(0.0, 0.0, c), **common))
+        bumps = {
+            f"wheelset {n}": wt.CosineBump(height=3e-4, length=0.1, start=place(places[i]) + 20.0 * when[i])
+            for n, i in enumerate(order, 1)
+        }
+        wagon = wt.Wagon(bodies=(frame,), axles=axles, elements=tuple(elements))
+        scene = wt.Scenario(
+            vehicle=wagon, track=track, contact=wt.Hertz(constant_per_wheel=8e10, curvature=False), irregularity=bumps,
+            profiles=wt.profiles.Cones(), speed=20.0, duration=0.04,
+        )  # fmt: skip
+        found = wt.simulate(scene).at(np.linspace(0.0, 0.04, 401)).normal_force.values
+        return found[:, ::-1] if mirrored else found
+
+    plain, mirrored = forces(False), forces(True)
+    assert (plain == 0.0).any()
+    np.testing.assert_allclose(mirrored, plain, rtol=0, atol=1e-9 * plain[0].max())

@@ -129,7 +129,7 @@ def _slopes_of_block(
                 gap: float, rates: Rates = rates, direction: Direction = direction, units: Any = units
             ) -> Trains:
                 with_rates = _with_imaginary_rates(marched, rates.known(gap), direction, block)
-                return Trains(with_rates, units, *others, said)
+                return Trains(with_rates, units, *others, said, gap * EPSILON)
 
             for row, (values, slope) in enumerate(derivatives(features, tilted, rates.has_gaps)):
                 out.values[row, block], out.gradient[row, lane, block] = values, slope
@@ -155,7 +155,8 @@ def derivatives(
     has_gaps
         Whether some are unknown.
     """
-    trains, other = tilted(0.0), tilted(1.0) if has_gaps else None
+    trains = tilted(0.0)
+    other = tilted(1.0) if has_gaps or trains.lacks_maxima.any() else None
     for feature in features:
         values = feature(trains)
         if not feature.differentiable:

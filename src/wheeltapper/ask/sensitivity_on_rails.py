@@ -76,7 +76,8 @@ def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:
             ends = float(asked.gradient[lane] == "duration")
 
             def tilted(gap: float, rates: Rates = rates, ends: float = ends, turn: SystemTurn = turn) -> Trains:
-                return _tilted(trains, rates.known(gap), ends, turn.static * lowered.force)
+                tilted = _tilted(trains, rates.known(gap), ends, turn.static * lowered.force)
+                return replace(tilted, unknown_part=gap * EPSILON)
 
             for row, (value, slope) in enumerate(derivatives(asked.features, tilted, rates.has_gaps)):
                 values[row], gradient[row, lane] = value, slope
@@ -103,7 +104,7 @@ def _unknown_note(name: str, paths: list[str]) -> Note:
     """Return a note on a feature without derivatives."""
     text = (
         f"{name} has no derivative by {', '.join(paths)}: it depends on a time without one, at a jump of the path, or "
-        "where a contact that is still indented is released or presses again"
+        "where a contact that is still indented is released or presses again, or on a force at an end of the run"
     )
     return Note(text, f"no derivative of {name}")
 

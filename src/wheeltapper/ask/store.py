@@ -25,8 +25,17 @@ from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Shared
-from wheeltapper.record.chart_store import FORMAT, MISSING, THERE, chunk_places, state_of
+from wheeltapper.record.chart_store import (
+    FORMAT,
+    MISSING,
+    THERE,
+    check_metadata,
+    chunk_places,
+    state_of,
+    write_checksums,
+)
 from wheeltapper.record.labels import CHART_TITLE
+from wheeltapper.record.stored import check_format
 
 EVERY_CHUNK = {"array.write_empty_chunks": True}
 """Zarr setting that writes chunks with nothing but NaN, too. In a store a chunk without a file is one that has not been
@@ -143,6 +152,7 @@ class Store:
                 name, data=template[name].values, dimension_names=(name,), compressors=codecs
             )  # fmt: skip
         zarr.consolidate_metadata(path)
+        write_checksums(path, (name for name, _ in group.arrays()))
 
     def _block_study(self, block: Block) -> Study:
         """Return the study of one block of the cells."""
@@ -163,25 +173,22 @@ class Store:
         try:
             group = zarr.open_group(self.path, mode="r", use_consolidated=False)
             held = dict(group.attrs)
-            for name in self._expected_attributes():
-                if name not in group:
-                    raise KeyError(name)
-        except (OSError, KeyError, ValueError, TypeError, zarr.errors.BaseZarrError) as error:
-            raise InputError(
-                str(self.path),
-                "--output",
-                f"no whole store ({type(error).__name__}: {error})",
-                "a store that wheeltapper sweep began, or a new name",
-            ) from error
+        except Exception as error:  # a damaged store raises undocumented errors in zarr
+            raise self._not_whole(f"{type(error).__name__}: {' '.join(str(error).split())[:120]}") from error
         if held.get("title") != CHART_TITLE:
             raise InputError(str(self.path), "--output", "a store that wheeltapper did not write", "a new name")
-        if int(str(held.get("format", 0))) > FORMAT:
-            raise InputError(
-                str(self.path),
-                "format",
-                str(held["format"]),
-                f"at most {FORMAT}; wheeltapper {__version__} cannot read it",
-            )
+        try:
+            check_format(held.get("format", 0), FORMAT)
+        except InputError as error:
+            raise error.at(str(self.path)) from None
+        check_metadata(self.path)
+        try:
+            names = [name for name, _ in group.arrays()]
+        except Exception as error:
+            raise self._not_whole(f"{type(error).__name__}: {' '.join(str(error).split())[:120]}") from error
+        lost = [name for name in self._expected_attributes() if name not in names]
+        if lost:
+            raise self._not_whole(f"without {lost[0]}")
         if held.get("study") != json.dumps(self.spec, sort_keys=True):
             raise InputError(
                 str(self.path), "--resume", "the store of another study", "the study that the store began with"
@@ -193,6 +200,11 @@ class Store:
                 f"a store begun by wheeltapper {held.get('wheeltapper')}",
                 f"version {__version__}",
             )
+
+    def _not_whole(self, why: str) -> InputError:
+        return InputError(
+            str(self.path), "--output", f"no whole store ({why})", "a store that wheeltapper sweep began, or a new name"
+        )
 
     def _expected_attributes(self) -> list[str]:
         return ["status", *(feature.name for feature in self.study.features), *(axis.path for axis in self.study.axes)]

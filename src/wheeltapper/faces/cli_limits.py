@@ -24,7 +24,8 @@ def limits(
 ) -> int:
     """Compare a run with dated limits: forces of wheels, Y/Q, flats.
 
-    Exit code 1: a limit is exceeded; 3: none is, but the run never meets something that the scenario describes.
+    Exit code 1: a limit is exceeded; 3: none is, but the run never meets something that the scenario describes, or none
+    can be compared with it.
 
     Parameters
     ----------
@@ -63,6 +64,9 @@ def limits(
     if found.unmet and not found.exceeded:
         many = f"{len(found.unmet)} limits are" if len(found.unmet) > 1 else "1 limit is"
         print(f"wheeltapper: {many} not met by this run: see the notes", file=sys.stderr)
+        return NOT_FINISHED
+    if not found.rows:
+        print("wheeltapper: no limit can be compared with this run: see what is not compared", file=sys.stderr)
         return NOT_FINISHED
     return CLAIM_FAILED if found.exceeded else DONE
 

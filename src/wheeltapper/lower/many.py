@@ -193,7 +193,13 @@ class LoweredCells:
         value, cells = self._field_value, np.arange(self._field_value.cells)
         way = np.broadcast_to(value("speed") * value("duration"), value.cells)
         offset = np.broadcast_to(self._scaled_use(self._kinds, self._reference, value)[2], value.cells)
-        tables = ((irregularities_acting(one.scenario), cells[self._owner == i]) for i, one in enumerate(self._shaped))
+        stiffness = np.broadcast_to(value("vehicle.stiffness"), value.cells)
+        tables = (
+            (irregularities_acting(one.scenario.replaced({"vehicle.stiffness": float(stiffness[mine[0]])})), mine)
+            for i, one in enumerate(self._shaped)
+            for held in (True, False)  # without a spring no wheel feels how high it stands
+            if len(mine := cells[(self._owner == i) & ((stiffness > 0.0) == held)])
+        )
         on_tables = ((acting, mine, offset[mine], self._run_ends[mine]) for acting, mine in tables)
         return unmet_cells([*on_tables, (deck_acting(value), cells, 0.0, way)], self._scenario_of)
 

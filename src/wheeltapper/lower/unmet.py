@@ -1,4 +1,8 @@
-"""What a run never meets: irregularities, anomalies and decks that lie beyond the way of all wheels they are under."""
+"""What a run never meets: irregularities, anomalies and decks that lie beyond the way of all wheels they are under.
+
+A wheel that stands on another level than others, as where a step is between them, or than its spring's guide, has met
+what is between them: it is in the static state.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.course import Course
 from wheeltapper.describe.irregularity.measured import Measured
 from wheeltapper.describe.placement import Placement, parsed_place
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.track.supported import SupportedRail
+from wheeltapper.describe.vehicle.element import GROUND
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.notes import Note, Shared
 from wheeltapper.lower.fields import Fields
@@ -39,10 +45,13 @@ class Acting(NamedTuple):
         Distance after which the places come again, m; None: never.
     begins
         Whether there is nothing before the first period.
-    beside
-        How far before and behind its place it is met already, m.
+    before, behind
+        How far before its place, and behind it, it is met already, m; of all places, or shaped as `starts`.
     hint
         How to move it.
+    stood_on
+        From x of the leading wheelset at time zero, m, an array, to whether what wheels stand on there changes the
+        static state; None where nothing can be stood on.
     """
 
     path: str
@@ -52,8 +61,10 @@ class Acting(NamedTuple):
     wheels: tuple[float, ...]
     period: float | None = None
     begins: bool = True
-    beside: float = 0.0
+    before: FloatArray | float = 0.0
+    behind: FloatArray | float = 0.0
     hint: str = ""
+    stood_on: Callable[[FloatArray], NDArray[np.bool_]] | None = None
 
     def missed_by(self, first: Any, last: Any) -> FloatArray:
         """Return how far it is from what wheels pass, m; 0 where it is met.
@@ -61,10 +72,13 @@ class Acting(NamedTuple):
         The leading wheelset goes from x = `first` to `last`, m, numbers or arrays.
         """
         gaps = [self._gap(first + wheel, last + wheel).min(axis=0) for wheel in self.wheels]
-        return np.asarray(np.min(gaps, axis=0))
+        missed = np.asarray(np.min(gaps, axis=0))
+        if self.stood_on is None or not missed.any():
+            return missed
+        return np.where(self.stood_on(np.broadcast_to(first, missed.shape)), 0.0, missed)
 
     def _gap(self, first: Any, last: Any) -> FloatArray:
-        starts, ends = self.starts - self.beside, self.ends + self.beside
+        starts, ends = self.starts - self.before, self.ends + self.behind
         if self.period is None:
             return np.asarray(np.maximum(np.maximum(starts - last, first - ends), 0.0))
         turns = np.ceil((first - ends) / self.period)  # so many periods later it does not end before `first`
@@ -143,23 +157,74 @@ def irregularities_acting(scenario: Scenario) -> Iterator[Acting]:
     """Return where the irregularities of a scenario act."""
     given, wheelsets = scenario.irregularity, _wheelsets(scenario.vehicle)
     for place, items in given.items() if isinstance(given, Placement) else [("", given)]:
-        number = parsed_place(place)[0] if place else None
-        wheels = wheelsets if number is None else wheelsets[number - 1 : number]
+        number, side = parsed_place(place) if place else (None, "both")
+        below = slice(None) if number is None else slice(number - 1, number)
+        everywhere = side == "both" and len(wheelsets[below]) == len(wheelsets)
+        stands = _Stands(_free_heights(scenario)[below], _is_coupled(scenario.vehicle), everywhere)
         for i, item in enumerate(items):
             path = ".".join(part for part in ("irregularity", place, str(i)) if part)
-            yield _irregularity_acting(path, item, wheels, scenario.rolling)
+            yield _irregularity_acting(path, item, wheelsets[below], scenario.rolling, stands)
 
 
-def _irregularity_acting(path: str, item: Irregularity, wheels: list[tuple[float, float]], rolling: str) -> Acting:
+class _Stands(NamedTuple):
+    """How wheelsets stand on a part of a scenario.
+
+    Attributes
+    ----------
+    free
+        (wheelsets, 2): between which heights, m, nothing against a fixed guide feels how high each stands.
+    coupled
+        Whether springs between bodies feel heights that differ.
+    all_of_them
+        Whether all wheels of the vehicle stand on it; others stand at zero.
+    """
+
+    free: FloatArray
+    coupled: bool
+    all_of_them: bool
+
+    def feel(self, heights: FloatArray) -> NDArray[np.bool_]:
+        """Return whether it changes the static state that they stand so high, (wheelsets, cells)."""
+        outside = ((heights < self.free[:, :1]) | (heights > self.free[:, 1:])).any(axis=0)
+        others = heights[:1] if self.all_of_them else 0.0
+        return np.asarray(outside | (self.coupled & (heights != others).any(axis=0)))
+
+
+def _irregularity_acting(
+    path: str, item: Irregularity, wheels: list[tuple[float, float]], rolling: str, stands: _Stands
+) -> Acting:
     radius = max(radius for _, radius in wheels)
     course = item.on_rail("left").course(radius)
-    beside = sqrt(2.0 * radius * course.height) if rolling == "circle" else 0.0  # a circle touches a step before it
+    positions = tuple(position for position, _ in wheels)
+    before, behind = _reach_of_circle(course, radius) if rolling == "circle" else (0.0, 0.0)
     starts, ends = (np.array(places)[:, None] for places in zip(*course.uneven, strict=True))
     hint = "; its field start moves the first sample" if isinstance(item, Measured) and item.start is None else ""
+
+    def stood_on(first: FloatArray) -> NDArray[np.bool_]:
+        return stands.feel(np.array([course.value(first + position) for position in positions]))
+
     return Acting(
-        path, type(item).__name__, starts, ends, tuple(position for position, _ in wheels), course.period,
-        course.repeats_from > -inf, beside, hint,
+        path, type(item).__name__, starts, ends, positions, course.period, course.repeats_from > -inf, before, behind,
+        hint, stood_on,
     )  # fmt: skip
+
+
+def _reach_of_circle(course: Course, radius: float) -> tuple[FloatArray | float, FloatArray | float]:
+    """Return how far before and behind its uneven places a circle touches them, m.
+
+    It meets a step up before its corner, and one down behind it; the wheel's centre jumps at an ideal one.
+    """
+    if course.followed or not course.height:
+        return 0.0, 0.0
+    around = sqrt(2.0 * radius * course.height)
+    before, behind = (np.full((len(course.uneven), 1), around) for _ in range(2))
+    for row, (a, b) in enumerate(
+        zip(course.stretches[:-1], course.stretches[1:], strict=True), -len(course.stretches) + 1
+    ):
+        place = np.array([b.start])
+        rise = float(b.value(place)[0] - a.value(place)[0])
+        before[row], behind[row] = sqrt(2.0 * radius * max(rise, 0.0)), sqrt(2.0 * radius * max(-rise, 0.0))
+    return before, behind
 
 
 def deck_acting(value: Fields) -> Iterator[Acting]:
@@ -187,7 +252,9 @@ def _anomalies_acting(scenario: Scenario) -> Iterator[Acting]:
         if item.places:
             seats = track.first_sleeper + track.spacing * np.array(item.places, dtype=float)[:, None]
             wheels = tuple(position for position, _ in _wheelsets(scenario.vehicle))
-            yield Acting(f"track.anomalies.{i}", type(item).__name__, seats, seats, wheels, beside=beside)
+            yield Acting(
+                f"track.anomalies.{i}", type(item).__name__, seats, seats, wheels, before=beside, behind=beside
+            )
 
 
 def _wheelsets(vehicle: Any) -> list[tuple[float, float]]:
@@ -196,3 +263,31 @@ def _wheelsets(vehicle: Any) -> list[tuple[float, float]]:
         return [(float(axle.position), float(axle.radius)) for axle in vehicle.axles]
     plane = vehicle.plane
     return [(float(x), float(one.radius)) for x, one in zip(plane.positions, plane.wheelsets, strict=True)]
+
+
+def _is_coupled(vehicle: Any) -> bool:
+    """Return whether springs between bodies feel on what heights the wheels stand."""
+    return isinstance(vehicle, Wagon) or not len(vehicle.plane.guides)
+
+
+def _free_heights(scenario: Scenario) -> FloatArray:
+    """Return between which heights, m, nothing against a fixed guide feels how high wheelsets stand, (wheelsets, 2).
+
+    On rails that bend springs have no force in the static state, however high the wheels stand.
+    """
+    vehicle = scenario.vehicle
+    if isinstance(vehicle, Wagon):
+        held = any(GROUND in element.between for element in vehicle.elements)
+        return np.tile(0.0 if held else [-inf, inf], (len(vehicle.axles), 2 if held else 1))
+    plane = vehicle.plane
+    free = np.tile([-inf, inf], (len(plane.wheelsets), 1))
+    if not len(plane.guides) or isinstance(scenario.track, SupportedRail):
+        return free
+    free[plane.guides > 0.0] = 0.0
+    for element in plane.elements:
+        if element.by_rate or not len(element.corners[0]):
+            continue
+        number, corners = int(np.argmax(element.compression)), np.asarray(element.corners[0])
+        below, above = corners[corners < 0.0].max(initial=-inf), corners[corners > 0.0].min(initial=inf)
+        free[number] = max(free[number, 0], below), min(free[number, 1], above)
+    return free

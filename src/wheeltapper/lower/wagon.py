@@ -335,7 +335,7 @@ def lower_wagon(scenario: Scenario, method: str = "default", worn: WornRails | N
     even = level_assembly(assembly, layout)
     resting_state = steady_state(even, layout, mobility)
     static = normal_forces(even, resting_state, len(wheelsets))
-    numbers[asm.DECK_PRESTRESS] = static[_deck_wheelset(scenario)].sum()
+    numbers[asm.DECK_PRESTRESS] = static[_prestressing(scenario)].sum()
     positions = tuple(axle.position for axle in wagon.axles)
     memory: WagonRails | None = None
     said = (*doubts(scenario), *notes)
@@ -558,10 +558,13 @@ def _wheel_lane(sign: float, radius: float, body: int, table: PathTable, first: 
     return out
 
 
-def _deck_wheelset(scenario: Scenario) -> int:
-    """Return the index of the wheelset whose static force prestresses the deck."""
+def _prestressing(scenario: Scenario) -> slice:
+    """Return the wheelsets whose static forces prestress the deck: all where each is always on it, otherwise one."""
     deck = scenario.track
-    return deck.wheelset - 1 if isinstance(deck, FloatingDeck) and deck.wheelset is not None else 0
+    if isinstance(deck, FloatingDeck) and deck.start is None and deck.wheelset is None:
+        return slice(None)
+    first = deck.wheelset - 1 if isinstance(deck, FloatingDeck) and deck.wheelset is not None else 0
+    return slice(first, first + 1)
 
 
 def _on_deck(scenario: Scenario, number: int, position: float) -> tuple[float, float]:

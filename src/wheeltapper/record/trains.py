@@ -23,6 +23,11 @@ IntArray = NDArray[np.int64]
 Values = NDArray[Any]  # floats, or complex numbers whose imaginary parts are derivatives
 
 
+NO_MAXIMUM = Note(
+    "the force has no maximum within the run: the largest one is that at an end, which has no derivative", "no maximum"
+)
+
+
 def _group_starts(*keys: NDArray[Any]) -> IntArray:
     """Return the positions in sorted columns at which a new combination of entries begins."""
     if len(keys[0]) == 0:
@@ -108,6 +113,9 @@ class Trains:
     at_rest: bool  # whether the runs begin in equilibrium
     end_forces: Callable[[IntArray], FloatArray]  # of some cells, the larger one of those at both ends of the run, N
     notes: list[tuple[int, Note]] = field(default_factory=list)  # what features say of a train, by its number
+    # Of what has no derivative the imaginary part, over its real one: who depends on it has no derivative either. A NaN
+    # would make the real parts NaN, too.
+    unknown_part: float = 0.0
 
     @property
     def cell_count(self) -> int:
@@ -179,10 +187,22 @@ class Trains:
         Its derivatives are not known at the ends.
         """
         found = self.peaks.largest_entry("force")
-        without = np.flatnonzero(np.isnan(found.real) & self.is_complete)
+        without = np.flatnonzero(self.lacks_maxima)
         if len(without):
-            found[without] = self.end_forces(without) + (1j * np.nan if np.iscomplexobj(found) else 0.0)
+            found[without] = self.end_forces(without) * (1.0 + 1j * self.unknown_part if self.has_rates else 1.0)
+        if len(without) and self.has_rates:
+            self.notes.extend((int(cell), NO_MAXIMUM) for cell in without)
         return found
+
+    @property
+    def has_rates(self) -> bool:
+        """Whether imaginary parts are derivatives."""
+        return np.iscomplexobj(self.marched.peaks)
+
+    @property
+    def lacks_maxima(self) -> NDArray[np.bool_]:
+        """(cells,) True where the run has reached its end without any maximum of the force."""
+        return np.asarray(self.is_complete & (self.peaks.row_counts == 0))
 
     def _rows_of_kind(self, kind: int) -> Rows:
         events, units = self.marched.events, self.units

@@ -34,7 +34,7 @@ class FloatingDeck(Track):
         Length, m; None: the deck has no end.
     wheelset
         The only one of several wheelsets that the deck carries. None: it carries every wheelset between its ends. Below
-        a wagon N0 is the static force of one wheelset, and acts while none is on the deck.
+        a wagon the N0 of a deck with ends is the static force of one wheelset, and acts while none is on the deck.
     """
 
     example: ClassVar[dict[str, Any]] = {"mass": 5000.0, "stiffness": 2e7, "damping": 1e4}

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +44,18 @@ OF_WHEELS = (
 )  # fmt: skip
 OF_ALARMS = ("axle", "side", "rule", "level", "quantity", "value", "limit")
 
+OWN = ("recordings", "trains", "wheels", "alarms")
+TYPED = {
+    "recordings": {"name": "text", "mark": "text", "passed": "text", "answer": "text", "reason": "text"},
+    "trains": {"number": "integer", "page": "text", "summary": "text"},
+}
+"""Columns of which nothing else than these types is written, by table; SQLite takes any."""
+BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+
+
+def _columns_of(held: sqlite3.Connection, table: str) -> list[str]:
+    return [row[1] for row in held.execute(f"PRAGMA table_info({table})")]
+
 
 class Findings:
     """A database of findings; it is created if it does not exist.
@@ -52,24 +64,39 @@ class Findings:
     ----------
     path
         Path of the file.
+    names_in_summary
+        What every summary of a train has.
 
     Raises
     ------
     InputError
-        If the file is no such database, or cannot be written.
+        If the file is no such database, is damaged, or cannot be written.
     """
 
-    def __init__(self, path: Path) -> None:
-        try:
+    def __init__(self, path: Path, names_in_summary: Iterable[str] = ()) -> None:
+        self._names_in_summary = frozenset(names_in_summary)
+        self.path = path
+        with self._checked():
             self._held = sqlite3.connect(path, timeout=WAITING, isolation_level=None)
             self._held.row_factory = sqlite3.Row
             self._held.execute("PRAGMA foreign_keys = ON")
             self._held.execute("PRAGMA journal_mode = WAL")
             self._create_or_check(path)
+            self._check_contents()
+
+    @contextmanager
+    def _checked(self) -> Iterator[None]:
+        """Refuse what cannot be read, or another process holds."""
+        try:
+            yield
         except sqlite3.Error as error:
-            raise InputError(
-                str(path), "database", f"a file that is no database of findings ({error})", "a new or an own file"
-            ) from None
+            if getattr(error, "sqlite_errorcode", 0) in BUSY:
+                found = f"one that another process has held for {WAITING:g} s"
+                raise self._refusal(found, "one process at a time") from None
+            raise self._refusal(f"a file that is no database of findings ({error})") from None
+
+    def _refusal(self, found: str, allowed: str = "a new or an own file") -> InputError:
+        return InputError(str(self.path), "database", found, allowed)
 
     def _create_or_check(self, path: Path) -> None:
         with self.transaction():
@@ -83,6 +110,28 @@ class Findings:
             for statement in TABLES.split(";")[:-1]:
                 self._held.execute(statement)
             self._held.execute(f"PRAGMA user_version = {FORMAT}")
+
+    def _check_contents(self) -> None:
+        """Refuse a database that is damaged, lacks columns, or has rows of what is not there, or no texts."""
+        (sound,) = self._held.execute("PRAGMA quick_check(1)").fetchone()
+        if sound != "ok":
+            raise self._refusal(f"a damaged file ({' '.join(str(sound).split())[:120]})")
+        with closing(sqlite3.connect(":memory:")) as own:
+            own.executescript(TABLES)
+            expected = {table: _columns_of(own, table) for table in OWN}
+        for table, names in expected.items():
+            there = _columns_of(self._held, table)
+            lost = [name for name in names if name not in there]
+            if lost:
+                raise self._refusal(f"a table {table} without {lost[0]}" if there else f"no table {table}")
+        loose = self._held.execute("PRAGMA foreign_key_check").fetchone()
+        if loose is not None:
+            raise self._refusal(f"a row of {loose['table']} without its row of {loose['parent']}")
+        for table, columns in TYPED.items():
+            wrong = " OR ".join(f"typeof({name}) <> '{kind}'" for name, kind in columns.items())
+            row = self._held.execute(f"SELECT {table[:-1]} FROM {table} WHERE {wrong} LIMIT 1").fetchone()
+            if row is not None:
+                raise self._refusal(f"{table[:-1]} {row[0]} with numbers for texts, or texts for numbers")
 
     def close(self) -> None:
         """Close the file."""
@@ -144,14 +193,28 @@ class Findings:
 
         Each train has number, page, and what its summary holds.
         """
-        rows = self._held.execute(
-            "SELECT recording, name, passed, answer, reason FROM recordings ORDER BY passed DESC, name"
-        )
-        found = {row["recording"]: dict(row) | {"trains": []} for row in rows}
-        for row in self._held.execute("SELECT recording, number, page, summary FROM trains ORDER BY recording, number"):
-            train = {"number": row["number"], "page": row["page"], **json.loads(row["summary"])}
+        with self._checked():
+            rows = self._held.execute(
+                "SELECT recording, name, passed, answer, reason FROM recordings ORDER BY passed DESC, name"
+            )
+            found = {row["recording"]: dict(row) | {"trains": []} for row in rows}
+            trains = self._held.execute(
+                "SELECT train, recording, number, page, summary FROM trains ORDER BY recording, number"
+            ).fetchall()
+        for row in trains:
+            train = {"number": row["number"], "page": row["page"], **self._summary(row["train"], row["summary"])}
             found[row["recording"]]["trains"].append(train)
         return list(found.values())
+
+    def _summary(self, train: int, text: str) -> dict[str, Any]:
+        """Return the summary of a train; refuse one without what every summary has."""
+        try:
+            held = json.loads(text)
+        except ValueError:
+            held = None
+        if not isinstance(held, dict) or not held.keys() >= self._names_in_summary:
+            raise self._refusal(f"train {train} without a whole summary")
+        return held
 
     def counts(self) -> dict[str, int]:
         """Return how many recordings have each answer, the most frequent first."""

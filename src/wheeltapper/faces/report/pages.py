@@ -52,6 +52,12 @@ def _templates() -> Environment:
     return held
 
 
+SUMMARY = (
+    "axles", "vehicles", "speed_kmh", "direction", "load_kn", "highest_ratio", "findings", "alarms", "notes",
+)  # fmt: skip
+"""What the summary of every train has."""
+
+
 def summary_of(train: Train) -> dict[str, Any]:
     """Return a train as one row of the index."""
     finding, wheels = train.finding, train.wheels

@@ -19,7 +19,7 @@ from wheeltapper.diagnosis.wayside.identities import Identity, named_wheels, rea
 from wheeltapper.diagnosis.wayside.sources import Source, sources_in
 from wheeltapper.faces.exits import write_whole
 from wheeltapper.faces.report.answers import NOT_MEASURED, Answer, Asked, Train, answer_source
-from wheeltapper.faces.report.pages import LATEST, courses_of, index_page, summary_of, train_page
+from wheeltapper.faces.report.pages import LATEST, SUMMARY, courses_of, index_page, summary_of, train_page
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import progress_shown, report, say
 
@@ -59,7 +59,7 @@ class Report:
 
     def __init__(self, asked: Asked, places: Places, workers: int | None) -> None:
         self.asked, self.places, self.workers = asked, places, workers
-        self.findings = Findings(places.database)
+        self.findings = Findings(places.database, SUMMARY)
         self._digest = digest_of(asked.site, [rule.to_dict() for rule in asked.rules], *asked[2:])
         self._seen: dict[str, Any] = {}
         self._failed: dict[str, str] = {}
