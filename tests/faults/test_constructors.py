@@ -201,6 +201,11 @@ def test_speeds_in_words_of_the_trade_are_understood():
         ("mass", Q([1.5, 2], "t"), ("mass: found '[1.5 2.0] metric_ton'",)),
         ("load", Q(22.5, "t"), ("load: found '22.5 metric_ton', whose unit is not one of force", "N, ")),
         ("load", "22.5 t", ("load: found '22.5 t', a mass where a force is needed", "22.5 t weigh 220.65 kN")),
+        (
+            "mass",
+            "1.5 tons",
+            ("mass: found '1.5 tons', where a ton may be 907, 1000 or 1016 kg; allowed: t of 1000 kg",),
+        ),
         ("mass", np.array([[1, 2], [3, 4]]), ("mass: found array([[1, 2], [3, 4]])",)),
         ("mass", 1j, ("mass: found 1j",)),
         ("mass", list(range(1000)), ("mass: found [0, 1, 2", "...; allowed")),

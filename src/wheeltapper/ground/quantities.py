@@ -64,6 +64,7 @@ PINT = {
     "inertia per length": "kg*m", "frequency": "Hz", "acceleration noise density": "m/s**2/Hz**0.5",
 }  # fmt: skip
 """The SI unit of each dimension, as pint spells it."""
+_TON = re.compile(r"(?<![a-z_])tons?(?![a-z_])", re.IGNORECASE)
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
 
@@ -114,6 +115,11 @@ def _from_text(text: str, dimension: str, field: str) -> float:
         raise InputError(
             "", field, f"{value_text(text)}, a mass where a force is needed",
             f"N, kN, kip …: {text.strip()} weigh {weight / 1e3:.6g} kN (times {STANDARD_GRAVITY} m/s²)",
+        )  # fmt: skip
+    if _TON.search(unit):
+        raise InputError(
+            "", field, f"{value_text(text)}, where a ton may be 907, 1000 or 1016 kg",
+            "t of 1000 kg, short_ton or long_ton",
         )  # fmt: skip
     if any(unit in table for table in UNITS.values()):
         raise InputError(
