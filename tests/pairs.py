@@ -145,7 +145,8 @@ def is_there(added, kind, track):
 class Difference(NamedTuple):
     """Differences of two records: events, or -1 where they are not the same; of times, s, and forces over static.
 
-    The last one is that of the terms of energy over the energy exchanged, infinite where their names differ.
+    The last one is that of the terms of energy over the energy exchanged, infinite where their names differ; only where
+    all events and all wheels are compared.
     """
 
     events: int
@@ -181,8 +182,9 @@ def difference(pair, method):
     times = np.linspace(0.0, until, 997)[:-1]
     forces = [np.atleast_2d(record.at(times).normal_force.values.T)[:count] for record in (plain, added)]
     apart = float(np.abs(forces[1] - forces[0]).max() / plain.static_force)
-    balances = (record.energy for record in (plain, added))
-    return Difference(len(shifts), max(shifts, default=0.0), apart, static, energies_apart(*balances) if calm else 0.0)
+    comparable = calm and added.static_forces.values.size == count  # another wheel has an energy of its own
+    energy = energies_apart(plain.energy, added.energy) if comparable else 0.0
+    return Difference(len(shifts), max(shifts, default=0.0), apart, static, energy)
 
 
 def energies_apart(before, after):
