@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from math import log, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -310,7 +310,7 @@ def implausible_cells(scenario: Scenario, changed: Mapping[str, FloatArray], cel
         usual = USUAL.get(type(nouns.get(where)).__name__, {}).get(field)
         if usual is None:
             continue
-        doubted = [value for value in changed[path].tolist() if not is_plausible(value, usual)]
+        doubted = changed[path][~is_plausible(changed[path], usual)].tolist()
         if doubted:
             worst = max(doubted, key=lambda value: _oddness(value, usual))
             notes.append(Shared(range_note(path, worst, usual), len(doubted)))
@@ -389,12 +389,13 @@ def _constant_of_other_wheels(scenario: Scenario) -> Iterator[Note]:
         )
 
 
-def is_plausible(value: float, usual: Usual) -> bool:
-    """Return whether a number in SI units is neither beyond the limits nor likely another quantity."""
+def is_plausible(value: Any, usual: Usual) -> Any:
+    """Return whether a number in SI units, or each of some, is within the limits and not likely another quantity."""
     size = abs(value) / UNITS[usual.dimension][usual.unit]
-    if size == 0.0 or (usual.zero and size < NOTHING * usual.least):
-        return True
-    return usual.least <= size <= usual.most and _mixup(size, usual) is None
+    known = (usual.least <= size) & (size <= usual.most)
+    for low, high, _ in usual.mixups:
+        known &= (size < low) | (size > high)
+    return known | (size == 0.0) | (usual.zero & (size < NOTHING * usual.least))
 
 
 def _mixup(size: float, usual: Usual) -> str | None:
