@@ -132,6 +132,12 @@ def test_a_corrugation_that_shakes_the_wheel_off():
             {"vehicle.bush_stiffness": 1e5, "vehicle.damping": 200.0, "vehicle.mass": 0.3, "speed": 6e-4}, 12,
         ),
         (
+            {"vehicle": wt.vehicles.Bogie(**wt.vehicles.Bogie.example), "track": wt.StiffTrack(),
+             "irregularity": [wt.Step(height=1e-3, position=-1.0), WAVES]},  # it stands on two heights
+            {"irregularity.0.height": 4e-8, "vehicle.primary_stiffness": 5e4, "vehicle.secondary_stiffness": 5e4,
+             "contact.constant": 4e7, "vehicle.wheel_load": 10.0}, 2,
+        ),
+        (
             {"start": Start(displacement=-2e-4)}, {"start.displacement": 4e-9, "vehicle.load": 10.0, "speed": 6e-4}, 8,
         ),
     ],

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import optimize
 
 import wheeltapper as wt
 
@@ -118,3 +119,36 @@ def test_below_a_sleeper_that_rolls_nothing_carries_where_the_ballast_is_gone_an
     apart = read.pad_force.sel(side="left", seat=2) - read.pad_force.sel(side="right", seat=2)
     assert float(np.abs(apart).max()) > 1.0
     assert float(record.energy.relative_imbalance) < 1e-7
+
+
+HEIGHTS = wt.Step(height=1e-3, position=-1.0), wt.CosineBump(height=3e-4, length=0.4, start=-0.1)
+
+
+@pytest.mark.parametrize("irregularity", HEIGHTS, ids=["step", "bump"])
+@pytest.mark.parametrize(("method", "allowed"), [("default", 1e-6), ("strict", 1e-9)])
+def test_half_a_coach_and_a_bogie_stand_on_heights_as_statics_have_it(irregularity, method, allowed):
+    """Each wheel's contact bears its load and its spring, and the frame's forces and moments are zero."""
+    common = {
+        "contact": wt.Hertz(constant_per_wheel=8e10, curvature=False), "speed": 20.0, "duration": 0.02,
+        "rolling": "point",
+    }  # fmt: skip
+    level = wt.Scenario(vehicle=half_coach(), profiles=wt.profiles.Cones(), **common)
+    load = float(wt.simulate(level).static_forces[0].sum())
+    bogie = wt.Scenario(vehicle=wt.vehicles.Bogie(wheel_load=load, **NUMBERS), irregularity=irregularity, **common)
+    coach, plane = (wt.simulate(one, method) for one in (level.replaced({"irregularity": irregularity}), bogie))
+    times = np.linspace(0.0, 0.02, 201)[:-1]
+    forces = plane.at(times).normal_force.values
+    np.testing.assert_allclose(coach.at(times).normal_force.sum("side").values, forces, rtol=0, atol=allowed * load)
+
+    half, rest = 0.5 * NUMBERS["wheelbase"], (load / 1.6e11) ** (2.0 / 3.0)
+    course = irregularity.on_rail("left").course(0.46)
+    heights = np.array([float(course.value(np.array([x]))[0]) for x in (0.0, -2.0 * half)])
+
+    def left_over(u):
+        springs = NUMBERS["primary_stiffness"] * (u[:2] - u[2] - half * np.array([u[3], -u[3]]))  # upwards in front
+        contacts = 1.6e11 * np.maximum(rest + heights - u[:2], 0.0) ** 1.5 - load
+        return [*(contacts - springs), springs.sum() - NUMBERS["secondary_stiffness"] * u[2], springs[0] - springs[1]]
+
+    lifted = optimize.root(left_over, [*heights, 0.0, 0.0], tol=1e-12).x
+    np.testing.assert_allclose(forces[0], 1.6e11 * (rest + heights - lifted[:2]) ** 1.5, rtol=1e-9)
+    assert abs(forces[0] - load).max() > 20.0

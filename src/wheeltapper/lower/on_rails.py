@@ -224,10 +224,9 @@ def on_wheels(scenario: Scenario, usual: float | None = None) -> OnWheels:
         shapes[-1] = -1.0 if only is None else -np.eye(wheels)[only - 1]
     start = scenario.start
     raised = np.empty((2, 0)) if isinstance(start, str) else np.tile([[start.displacement], [start.velocity]], wheels)
-    follows = np.array([[name in (f"wheelset {i + 1}", end_name(i)) for i in range(wheels)] for name in plane.freedoms])
     bodies = general.Bodies(
         plane.mass / rails, plane.damping / rails, plane.stiffness / rails, shapes, shapes @ forces / rails, raised,
-        follows.astype(float), guides / rails,
+        plane.follows, guides / rails,
     )  # fmt: skip
     return OnWheels(
         plane, bodies, tuple(law for law, _, _ in laws), stops_of(plane), forces, laws[0][1], laws[0][2],

@@ -160,7 +160,7 @@ def irregularities_acting(scenario: Scenario) -> Iterator[Acting]:
         number, side = parsed_place(place) if place else (None, "both")
         below = slice(None) if number is None else slice(number - 1, number)
         everywhere = side == "both" and len(wheelsets[below]) == len(wheelsets)
-        stands = _Stands(_free_heights(scenario)[below], _is_coupled(scenario.vehicle), everywhere)
+        stands = _Stands(_free_heights(scenario)[below], isinstance(scenario.vehicle, Wagon), everywhere)
         for i, item in enumerate(items):
             path = ".".join(part for part in ("irregularity", place, str(i)) if part)
             yield _irregularity_acting(path, item, wheelsets[below], scenario.rolling, stands)
@@ -265,11 +265,6 @@ def _wheelsets(vehicle: Any) -> list[tuple[float, float]]:
     return [(float(x), float(one.radius)) for x, one in zip(plane.positions, plane.wheelsets, strict=True)]
 
 
-def _is_coupled(vehicle: Any) -> bool:
-    """Return whether springs between bodies feel on what heights the wheels stand."""
-    return isinstance(vehicle, Wagon) or not len(vehicle.plane.guides)
-
-
 def _free_heights(scenario: Scenario) -> FloatArray:
     """Return between which heights, m, nothing against a fixed guide feels how high wheelsets stand, (wheelsets, 2).
 
@@ -281,13 +276,14 @@ def _free_heights(scenario: Scenario) -> FloatArray:
         return np.tile(0.0 if held else [-inf, inf], (len(vehicle.axles), 2 if held else 1))
     plane = vehicle.plane
     free = np.tile([-inf, inf], (len(plane.wheelsets), 1))
-    if not len(plane.guides) or isinstance(scenario.track, SupportedRail):
+    if isinstance(scenario.track, SupportedRail):
         return free
-    free[plane.guides > 0.0] = 0.0
+    free[np.diag(plane.follows.T @ plane.stiffness @ plane.follows) > 0.0] = 0.0
     for element in plane.elements:
         if element.by_rate or not len(element.corners[0]):
             continue
-        number, corners = int(np.argmax(element.compression)), np.asarray(element.corners[0])
+        corners = np.asarray(element.corners[0])
         below, above = corners[corners < 0.0].max(initial=-inf), corners[corners > 0.0].min(initial=inf)
-        free[number] = max(free[number, 0], below), min(free[number, 1], above)
+        on = np.flatnonzero(element.compression[: len(free)])
+        free[on] = np.column_stack([np.maximum(free[on, 0], below), np.minimum(free[on, 1], above)])
     return free

@@ -147,4 +147,6 @@ class Bogie(Vehicle):
                 name, row, getattr(self, prefix + "stiffness"), getattr(self, prefix + "damping")
             )
         ]  # fmt: skip
-        return PlaneVehicle(names, mass, damping, stiffness, self.positions, (alone, alone), tuple(elements))
+        return PlaneVehicle(
+            names, mass, damping, stiffness, self.positions, (alone, alone), tuple(elements), np.zeros(2)
+        )

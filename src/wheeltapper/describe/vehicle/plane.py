@@ -33,7 +33,7 @@ class PlaneVehicle(NamedTuple):
     elements
         What is not linear, beside the matrices.
     guides
-        Stiffness of each wheelset's spring against a fixed guide, N/m; empty where springs are between bodies only.
+        Stiffness of each wheelset's spring against a fixed guide, N/m; zero where springs are between bodies only.
     """
 
     freedoms: tuple[str, ...]
@@ -42,13 +42,19 @@ class PlaneVehicle(NamedTuple):
     stiffness: FloatArray
     positions: tuple[float, ...]
     wheelsets: tuple[Wheelset, ...]
-    elements: tuple[Element, ...] = ()
-    guides: FloatArray = np.empty(0)
+    elements: tuple[Element, ...]
+    guides: FloatArray
 
     @property
     def rails(self) -> int:
         """On how many equal rails the vehicle stands."""
         return self.wheelsets[0].wheels
+
+    @property
+    def follows(self) -> FloatArray:
+        """1 for each freedom that rests where a wheelset does, (freedoms, wheelsets): itself, and its damper's end."""
+        along = [(f"wheelset {i + 1}", end_name(i)) for i in range(len(self.wheelsets))]
+        return np.array([[float(name in own) for own in along] for name in self.freedoms])
 
     @property
     def extent(self) -> float:

@@ -34,9 +34,9 @@ class Bodies(NamedTuple):
     follows
         1 for each freedom that starts displaced with a wheel, (freedoms, wheels); needed with `raised` and `guides`.
     guides
-        Stiffness of each wheel's spring against a fixed guide, (wheels,), N/m. Displacements then count from the static
-        state on level track, whatever the paths' heights at the start. Empty: from that in which all start, on
-        whose paths no spring of the bodies is stretched.
+        Stiffness of each wheel's spring against a fixed guide, (wheels,), N/m, which `stiffness` has too. Displacements
+        then count from the static state on level track, whatever the paths' heights at the start. Empty: from that in
+        which all start, on whose paths no spring of the bodies is stretched.
     """
 
     mass: FloatArray

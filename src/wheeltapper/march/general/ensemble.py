@@ -296,10 +296,10 @@ class _Block:
             return
         moved = lanes.bodies[w, :-1]
         if bodies.guides.size:
-            lanes.sinking[w], lower = general.standing(system, kind.static, kind.units, height, spots)
-            moved[: len(bodies.mass)] = bodies.follows @ lower * length
+            found = general.standing(system, kind.static, kind.units, height, spots)
+            lanes.sinking[w], moved[: len(bodies.mass)] = found.level, found.moved * length
         if bodies.raised.size:
-            moved[:] = general.raised_state(bodies, lanes.sinking[w] * length)
+            moved[:] = general.raised_state(bodies, moved, lanes.sinking[w] * length)
         sprung = kind.local - kind.sinking + bodies.shapes.T @ moved[: len(bodies.mass)]
         gap = height + lanes.sinking[w] + sprung / length
         contacts[:, layout.FREE_NOW] = (gap <= 0.0) & (kind.laws[:, switch.LAW_PULLS] == 0.0)

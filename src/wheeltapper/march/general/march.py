@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from math import log2
 from typing import Any, NamedTuple
 
@@ -12,7 +11,7 @@ import numpy as np
 from wheeltapper.march import program as numbers
 from wheeltapper.march.general import layout
 from wheeltapper.march.general import tables as tabulation
-from wheeltapper.march.general.at_rest import Bearing, indentation_at_rest
+from wheeltapper.march.general.at_rest import MOST_NEWTON, indentation_at_rest
 from wheeltapper.march.general.basis import FLIGHT_DEGREE, flight_nodes, gauss_nodes
 from wheeltapper.march.general.borders import NOWHERE
 from wheeltapper.march.general.contract import DEFAULT, Bodies, Contact, Law, Memory, Method, System, Task
@@ -390,7 +389,7 @@ def _at_start(
     if start is None:
         start = equilibrium(system, data, static_forces(system), units, rest_of(system))
         if system.bodies.raised.size:
-            start = start._replace(bodies=raised_state(system.bodies, start.offsets))
+            start = start._replace(bodies=raised_state(system.bodies, start.bodies, start.offsets))
     tables.bodies_read[:, :, 0, -1] += start.offsets / units.length
     local = tables.residual[:, 0] @ (-1.0) ** np.arange(method.nodes)
     return Prepared(
@@ -508,54 +507,76 @@ def virgin_spot(law: FloatArray) -> Spot:
     return Spot(1.0, 0.0, float(law[PLASTIC_ONSET]) if law[switch.LAW_KIND] == switch.PLASTIC else np.inf)
 
 
+class Standing(NamedTuple):
+    """How a structure stands on paths, in the march's units.
+
+    Attributes
+    ----------
+    level
+        Indentations at rest on level track, (wheels,).
+    moved
+        Displacements of all freedoms from there, (freedoms,).
+    ties
+        What the freedoms are of those that move freely there, (freedoms, free ones): the others follow a wheel, or are
+        a deck, which starts as it rests on level track.
+    stiffness
+        How the forces on those grow with them, (free ones, free ones).
+    """
+
+    level: FloatArray
+    moved: FloatArray
+    ties: FloatArray
+    stiffness: FloatArray
+
+
 def standing(
     system: System, static: FloatArray, units: tabulation.Units, height: FloatArray, spots: list[Spot]
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
-    """Return how wheels with `guides` stand on paths of these heights and surfaces, in units of length.
-
-    First their indentations at rest on level track, then how much lower they stand than there.
-    """
-    level, lower = np.zeros((2, len(static)))
-    for i, (contact, force) in enumerate(zip(system.wheels, (static / units.force).tolist(), strict=True)):
-        law, table = law_row(contact, units, 0), table_of(contact)
-        level[i] = indentation_of(force, law, table, virgin_spot(law))
-        if height[i] == 0.0 and spots[i] == virgin_spot(law):
-            continue
-        bears, beside = partial(pressed, row=law, table=table, spot=spots[i]), _corners_beside(system, i, units)
-        stiffness, rise = float(system.bodies.guides[i]) * units.length / units.force, float(height[i] + level[i])
-        lower[i] = float(indentation_at_rest(_both(bears, beside, rise), force, stiffness, rise)) - rise
-    return level, lower
-
-
-def _both(bears: Bearing, beside: Bearing, rise: float) -> Bearing:
-    """Return the force of a contact and of what is beside it, which has none where the indentation is `rise`."""
-
-    def force_at(delta: Any) -> tuple[float, float]:
-        (force, slope), (held, stiffer) = bears(float(delta)), beside(float(delta) - rise)
-        return force + held, slope + stiffer
-
-    return force_at
-
-
-def _corners_beside(system: System, wheel: int, units: tabulation.Units) -> Bearing:
-    """Return the force of the springs with corners that hold a wheel, over how much it is lower, and its derivative."""
-    shapes, stays = system.bodies.shapes[wheel], range(len(system.wheels), len(system.contacts))
+) -> Standing:  # fmt: skip
+    """Return how bodies with `guides` stand on paths of these heights and surfaces."""
+    bodies, wheels = system.bodies, len(static)
+    laws = [(law_row(contact, units, 0), table_of(contact)) for contact in system.wheels]
+    level = np.array([
+        indentation_of(force, law, table, virgin_spot(law))
+        for force, (law, table) in zip((static / units.force).tolist(), laws, strict=True)
+    ])  # fmt: skip
+    own = np.flatnonzero(~(bodies.follows.any(axis=1) | bodies.shapes[:, :wheels].any(axis=1)))
+    ties = np.column_stack([bodies.follows, np.eye(len(bodies.mass))[:, own]])
+    below, linear = ties.T @ bodies.shapes[:, :wheels], ties.T @ bodies.stiffness @ ties * (units.length / units.force)
     held = [
-        (float(shapes[k]), system.contacts[k].law.table)
-        for k in stays
-        if shapes[k] != 0.0 and system.contacts[k].law.kind == switch.CORNERED_SPRING
+        (ties.T @ bodies.shapes[:, k], system.contacts[k].law.table)
+        for k in range(wheels, len(system.contacts))
+        if system.contacts[k].law.kind == switch.CORNERED_SPRING
     ]
 
-    def force_at(moved: float) -> tuple[float, float]:
-        force = slope = 0.0
+    def forces_at(free: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what pushes the free ones back where they are, beyond the static state, and how that grows."""
+        depth = (level + height[:wheels] + below.T @ free).tolist()
+        found = [pressed(one, *law, spot) for one, law, spot in zip(depth, laws, spots, strict=False)]
+        force, slope = np.array(found).T
+        pushed, stiffer = linear @ free + below @ (force - static / units.force), linear + (below * slope) @ below.T
         for shape, table in held:
-            u = shape * moved * units.length
+            u = float(shape @ free) * units.length
             row = table[max(int(np.searchsorted(table[:, STRETCH_BEGIN], u, side="right")) - 1, 0)]
-            force += shape * (row[STRETCH_FORCE] + row[STRETCH_SLOPE] * (u - row[STRETCH_PLACE])) / units.force
-            slope += shape**2 * row[STRETCH_SLOPE] * units.length / units.force
-        return force, slope
+            pushed += shape * (row[STRETCH_FORCE] + row[STRETCH_SLOPE] * (u - row[STRETCH_PLACE])) / units.force
+            stiffer += np.outer(shape, shape) * row[STRETCH_SLOPE] * units.length / units.force
+        return pushed, stiffer
 
-    return force_at
+    free = np.append(-height[:wheels], np.zeros(len(own)))
+    if not height.any() and all(spot == virgin_spot(law) for spot, (law, _) in zip(spots, laws, strict=False)):
+        return Standing(level, np.zeros(len(bodies.mass)), ties, forces_at(free)[1])
+    (pushed, stiffer), share = forces_at(free), 1.0
+    for _ in range(MOST_NEWTON):
+        way = np.linalg.solve(stiffer, pushed)
+        if share < 1e-9 or np.abs(way).max() < 1e-15 * max(np.abs(free).max(), level.max()):
+            break
+        share = 1.0  # of the way that brings the forces nearer to zero
+        while share >= 1e-9:
+            after = forces_at(free - share * way)
+            if np.abs(after[0]).max() < np.abs(pushed).max():
+                free, (pushed, stiffer) = free - share * way, after
+                break
+            share *= 0.5
+    return Standing(level, ties @ free, ties, stiffer)
 
 
 def equilibrium(system: System, data: Data, static: FloatArray, units: tabulation.Units, rest: Rest) -> Start:
@@ -568,18 +589,21 @@ def equilibrium(system: System, data: Data, static: FloatArray, units: tabulatio
     offsets = (delta - height[:wheels]) * units.length + (rest.deflections @ force)[:wheels]
     bodies = np.zeros(len(tabulation.states_of(system.bodies).A) - 1)
     if system.bodies.guides.size:
-        offsets, lower = (found * units.length for found in standing(system, static, units, height, spots))
-        bodies[: len(system.bodies.mass)] = system.bodies.follows @ lower
+        found = standing(system, static, units, height, spots)
+        offsets, bodies[: len(system.bodies.mass)] = found.level * units.length, found.moved * units.length
     offsets = np.append(offsets, [-port.gap for port in system.ports])
     return Start(bodies, force @ rest.amplitudes, offsets)
 
 
-def raised_state(bodies: Bodies, offsets: FloatArray) -> FloatArray:
-    """Return the state of bodies with `raised` at time zero, as in `Start`, with whose `offsets`, m."""
+def raised_state(bodies: Bodies, resting: FloatArray, offsets: FloatArray) -> FloatArray:
+    """Return the state of bodies with `raised` at time zero, as in `Start`, with whose `offsets`, m.
+
+    What does not follow a wheel is where it was in the `resting` state.
+    """
     wheels, freedoms = bodies.raised.shape[1], len(bodies.mass)
-    state = np.zeros(freedoms + len(tabulation.heavy_of(bodies)))
-    heights, velocities = bodies.raised
-    state[:freedoms] = bodies.follows @ (-heights - offsets[:wheels])
+    state, (heights, velocities) = resting.copy(), bodies.raised
+    moved = bodies.follows.any(axis=1)
+    state[:freedoms][moved] = (bodies.follows @ (-heights - offsets[:wheels]))[moved]
     state[freedoms : freedoms + wheels] = -velocities
     return state
 

@@ -234,8 +234,8 @@ def turned_start(
         sinking[i] = (turn.static[i] / units.force - force * stronger[i]) / slope
     offsets, bodies = (sinking - rising) * units.length, np.zeros(len(prepared.start.bodies))
     if system.bodies.guides.size:
-        offsets, lower = (moved * units.length for moved in _turned_standing(prepared, turn, laws, rising, stronger))
-        bodies[: len(system.bodies.mass)] = system.bodies.follows @ lower
+        offsets, moved = (one * units.length for one in _turned_standing(prepared, turn, laws, rising, stronger))
+        bodies[: len(system.bodies.mass)] = moved
     gap = offsets + rising * units.length
     modes, compliance = np.zeros((2, 0)), np.zeros(contacts)
     if system.ring is not None:
@@ -244,7 +244,7 @@ def turned_start(
         offsets, gap = offsets + deflected + local, gap + local
         modes = np.stack([amplitudes.real, amplitudes.imag])
     if turn.bodies.raised.size:
-        bodies = general.raised_state(system.bodies._replace(raised=turn.bodies.raised), offsets)
+        bodies = general.raised_state(system.bodies._replace(raised=turn.bodies.raised), bodies, offsets)
     gap = (gap + system.bodies.shapes.T @ bodies[: len(system.bodies.mass)]) / units.length
     began = np.zeros(contacts)
     for i in np.flatnonzero(prepared.motion.contacts[:, layout.FREE_NOW] == layout.TOUCHING).tolist():  # δ + r·N(δ) = D
@@ -261,17 +261,18 @@ def _turned_standing(
     """Return the derivatives of what `march.standing` finds; `rising` and `stronger` those of path and force, there."""
     system, data, units = prepared.system, prepared.data, prepared.units
     static, (height, spots) = general.static_forces(system), general.path_at_start(data, units)
-    level, lower = general.standing(system, static, units, height, spots)
-    scale, deeper, sunk = units.length / units.force, np.zeros(len(level)), np.zeros(len(level))
-    for i, law in enumerate(data.laws):
-        force, slope = general.pressed(level[i], law, data.table, general.virgin_spot(law))
+    found = general.standing(system, static, units, height, spots)
+    depth = found.level + height[: len(static)] + system.bodies.shapes[:, : len(static)].T @ found.moved
+    deeper, missing = np.zeros(len(static)), np.zeros(len(static))
+    for i, law in enumerate(data.laws[: len(static)]):
+        force, slope = general.pressed(found.level[i], law, data.table, general.virgin_spot(law))
         share = laws[i, LAW_CONSTANT] / law[LAW_CONSTANT] if laws[i, LAW_CONSTANT] else 0.0
         deeper[i] = (turn.static[i] / units.force - force * share) / slope
-        force, slope = general.pressed(level[i] + height[i] + lower[i], law, data.table, spots[i])
-        guide = scale * system.bodies.guides[i]
-        missing = turn.static[i] / units.force - force * stronger[i] - scale * turn.bodies.guides[i] * lower[i]
-        sunk[i] = (missing + guide * (deeper[i] + rising[i])) / (slope + guide) - deeper[i] - rising[i]
-    return deeper, sunk
+        force, slope = general.pressed(depth[i], law, data.table, spots[i])
+        missing[i] = turn.static[i] / units.force - force * stronger[i] - slope * (deeper[i] + rising[i])
+    pull = system.bodies.shapes[:, : len(static)] @ missing
+    pull -= turn.bodies.stiffness @ found.moved * (units.length / units.force)
+    return deeper, found.ties @ np.linalg.solve(found.stiffness, found.ties.T @ pull)
 
 
 def _turned_rest(prepared: general.Prepared, turn: SystemTurn) -> tuple[ComplexArray, FloatArray, FloatArray]:
