@@ -441,6 +441,21 @@ def test_a_deck_stays_at_rest_until_a_wheelset_comes():
     np.testing.assert_allclose(motion.normal_force.values, np.tile(forces, (50, 1)), rtol=1e-9)
 
 
+@pytest.mark.parametrize("stiffness", [0.0, 1.1e7])
+def test_wheelsets_stand_on_heights_ahead_of_a_deck_whatever_holds_it(stiffness):
+    deck = DECK.model_copy(update={"start": 0.3, "stiffness": stiffness})
+    sprung = WHEEL | {"stiffness": 2.4e6}
+    pair = wt.vehicles.Wheelsets(wheelsets=(sprung, sprung), positions=(0.0, -2.0))
+    step = wt.Step(height=1e-3, position=-1.0)
+    scene = wt.Scenario(
+        vehicle=pair, track=deck, contact=HERTZ, irregularity=step, rolling="point", speed=8.0, duration=0.001
+    )  # fmt: skip
+    weight = WHEEL["mass"] * 9.81 + WHEEL["load"]
+    for force, height in zip(wt.simulate(scene).at([0.0]).normal_force.values[0], (1e-3, 0.0), strict=True):
+        depth = brentq(lambda d, h=height: 1.31e11 * d**1.5 + 2.4e6 * (d - h) - weight, 1e-6, 1e-3, xtol=1e-18)
+        assert force == pytest.approx(1.31e11 * depth**1.5, rel=1e-9)
+
+
 def test_a_record_over_a_deck_with_ends_goes_through_a_file(tmp_path):
     record = wt.simulate(BASE)
     record.save(tmp_path / "run.nc")

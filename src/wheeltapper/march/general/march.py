@@ -517,8 +517,8 @@ class Standing(NamedTuple):
     moved
         Displacements of all freedoms from there, (freedoms,).
     ties
-        What the freedoms are of those that move freely there, (freedoms, free ones): the others follow a wheel, or are
-        a deck, which starts as it rests on level track.
+        What the freedoms are of those that move freely there, (freedoms, free ones): the others follow a wheel, or no
+        spring holds them, or they are a deck, which starts as it rests on level track.
     stiffness
         How the forces on those grow with them, (free ones, free ones).
     """
@@ -539,7 +539,8 @@ def standing(
         indentation_of(force, law, table, virgin_spot(law))
         for force, (law, table) in zip((static / units.force).tolist(), laws, strict=True)
     ])  # fmt: skip
-    own = np.flatnonzero(~(bodies.follows.any(axis=1) | bodies.shapes[:, :wheels].any(axis=1)))
+    stays = bodies.follows.any(axis=1) | bodies.shapes[:, :wheels].any(axis=1) | ~bodies.stiffness.any(axis=1)
+    own = np.flatnonzero(~stays)
     ties = np.column_stack([bodies.follows, np.eye(len(bodies.mass))[:, own]])
     below, linear = ties.T @ bodies.shapes[:, :wheels], ties.T @ bodies.stiffness @ ties * (units.length / units.force)
     held = [
