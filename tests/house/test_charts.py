@@ -28,6 +28,15 @@ def test_a_map_has_level_curves_arrows_and_its_specificity():
     assert len(wt.plot(chart).axes) == 2
 
 
+def test_an_axis_counts_from_the_scenarios_value_however_its_path_names_it():
+    pair = wt.vehicles.Wheelsets(wheelsets=(BUMP.vehicle, BUMP.vehicle), positions=(0.0, -2.5))
+    over = {"vehicle.wheelsets.wheelset 2.damping": [4e4, 5e4], "speed": [8.0, 9.0]}
+    chart = wt.sweep(BUMP.replaced({"vehicle": pair, "duration": 0.01}), over, ["largest_force"]).isel(wheelset=0)
+    axis = wt.plot(chart, features=["largest_force"]).axes[0]
+    assert axis.get_xlabel() == "damping of wheelset 2 of wheelsets of vehicle over 50 kN s/m"
+    assert axis.get_ylabel() == "speed over 9 m/s"
+
+
 def test_masked_cells_are_hatched_and_have_no_arrow():
     dip = wt.CosineBump(height=-1.01e-4, length=0.0403, start=0.009)
     chart = wt.sweep(BUMP.replaced({"irregularity": dip, "speed": 5.57}), OVER, PAIR, gradient=True)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.paths import value_at
+from wheeltapper.describe.scenario import Scenario
 from wheeltapper.faces.panels import BLUE, RED, in_unit, legend_above, panels, with_unit, words
 from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError
@@ -133,11 +135,8 @@ def _read(chart: xr.Dataset, name: str) -> tuple[FloatArray, str]:
 def _nominal_value(chart: xr.Dataset, path: str) -> float | None:
     """Return the value of the chart's scenario at a path; None if it is zero or unknown."""
     try:
-        value: Any = json.loads(chart.attrs["scenario"])
-        for part in path.split("."):
-            value = value[int(part)] if part.isdigit() else value[part]
-        return float(value) or None
-    except (KeyError, IndexError, TypeError, ValueError):
+        return float(value_at(Scenario.of(json.loads(chart.attrs["scenario"])), path)) or None
+    except (KeyError, TypeError, ValueError):
         return None
 
 
