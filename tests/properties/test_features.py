@@ -175,6 +175,6 @@ def test_a_force_without_a_maximum_is_largest_at_an_end_of_the_run(vehicle):
 def test_what_has_no_gradient_is_said():
     chart = wt.gradient(BUMP, ["number_of_impacts", "largest_force"], ["speed"])
     assert "largest_force_gradient" in chart
-    assert "no gradient of number_of_impacts: counts and bounds have none" in chart.attrs["notes"]
+    assert "no gradient of number_of_impacts: counts, bounds and filtered forces have none" in chart.attrs["notes"]
     with pytest.raises(wt.InputError, match="features: found number_of_impacts, which has no derivatives"):
         wt.gradient(BUMP, "number_of_impacts", ["speed"])

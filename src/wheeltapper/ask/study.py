@@ -147,7 +147,7 @@ class Study:
     def notes(self) -> tuple[Note, ...]:
         """What is asked and not computed."""
         without = [feature.name for feature in self.features if not feature.differentiable and self.gradient]
-        return (Note(f"no gradient of {', '.join(without)}: counts and bounds have none"),) if without else ()
+        return (Note(f"no gradient of {', '.join(without)}: counts, bounds and filtered forces have none"),) if without else ()
 
     @property
     def needs_tally(self) -> bool:
