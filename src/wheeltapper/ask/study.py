@@ -146,8 +146,8 @@ class Study:
     @property
     def notes(self) -> tuple[Note, ...]:
         """What is asked and not computed."""
-        without = [feature.name for feature in self.features if not feature.differentiable and self.gradient]
-        return (Note(f"no gradient of {', '.join(without)}: counts, bounds and filtered forces have none"),) if without else ()
+        without = ", ".join(one.name for one in self.features if not one.differentiable and self.gradient)
+        return (Note(f"no gradient of {without}: counts, bounds and filtered forces have none"),) if without else ()
 
     @property
     def needs_tally(self) -> bool:
