@@ -77,8 +77,7 @@ def trains_of(record: Record, tally: bool) -> Trains:
 
 def end_forces_of(record: Record) -> FloatArray:
     """Return the larger one of the forces of each train at both ends of a run, N."""
-    ends = record.at([0.0, record.end])
-    forces = ends.vertical_force if record._contacts.has_sides else ends.normal_force
+    forces = record.at([0.0, record.end]).normal_force  # as that of maxima, of a wagon without the flange's
     return np.asarray(forces.values.reshape(2, -1).max(axis=0))
 
 
