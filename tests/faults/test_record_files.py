@@ -41,8 +41,10 @@ def test_a_file_of_format_1_answers_as_when_it_was_written(tmp_path, kind):
         "peak_normal_force": record.peaks.normal_force,
     }.items():  # fmt: skip
         np.testing.assert_array_equal(found, data[name])
-    for name, value in record.energy.items():
-        assert float(value) == pytest.approx(float(data[f"energy_{name}"]), rel=1e-9, abs=1e-9)
+    since = {"dissipated": "dissipated_suspension", "friction": "dissipated_creep"} if kind == "wagon" else {}
+    for name in (str(one).removeprefix("energy_") for one in data if str(one).startswith("energy_")):
+        value = float(record.energy[since.get(name, name)])
+        assert value == pytest.approx(float(data[f"energy_{name}"]), rel=1e-9, abs=1e-9)
     times = np.linspace(0.0, record.end, 7)
     again = wt.simulate(record.scenario)
     for name, values in record.at(times).items():

@@ -216,21 +216,18 @@ def _on_one_deck(row: list[tuple[float, Scenario]], duration: float) -> Scenario
     from wheeltapper.lower.build import lower
 
     first = row[0][1]
-    lowered = [lower(passage.replaced({"irregularity": None})) for _, passage in row]
-    sunk = _deck_sinkage(first, [each.static_force for each in lowered])
     axles, elements, placed = [], [], {}
     for number, (x, passage) in enumerate(row, 1):
         vehicle = passage.vehicle
         load = float(vehicle.load) + float(vehicle.mass) * (float(vehicle.gravity) - float(first.vehicle.gravity))
-        load -= float(vehicle.stiffness) * sunk
         axles.append(Axle(mass=vehicle.mass, inertia=INERTIA, position=x, load=load, radius=vehicle.radius, held=HELD))
         elements += _suspension_elements(vehicle, number, x)
         placed[f"wheelset {number}"] = tuple(
             _turned_back(item, float(vehicle.radius), x) for item in passage.irregularity
         )
-    law = first.contact
+    law, constant = first.contact, lower(first.replaced({"irregularity": None})).contact_constant
     contact = Hertz(
-        constant_per_wheel=0.5 * lowered[0].contact_constant, curvature=law.follows_curvature,
+        constant_per_wheel=0.5 * constant, curvature=law.follows_curvature,
         rail_radius=law.rail_radius, youngs_modulus=law.youngs_modulus, poisson=law.poisson,
     )  # fmt: skip
     return Scenario(
@@ -254,13 +251,3 @@ def _suspension_elements(vehicle: Any, number: int, x: float) -> list[Spring | D
         damping = (0.0, 0.0, vehicle.damping)
         out.append(Damper(name=f"damper {number}", damping=damping, series_stiffness=bush, **where))
     return out
-
-
-def _deck_sinkage(first: Scenario, static: list[float]) -> float:
-    """Return the position of an endless deck under all wheelsets, m; the march prestresses it by the first one's force.
-
-    With N_i on the deck and S_i off it, K·y = S_1 - ΣN_i and N_i = S_i + k_i·y, for the N_i of the core model.
-    """
-    if first.track.start is not None:
-        return 0.0
-    return -sum(static[1:]) / (float(first.track.stiffness) + float(first.vehicle.stiffness))
