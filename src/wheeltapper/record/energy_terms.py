@@ -47,7 +47,7 @@ FORMER = {
     "element_friction": ("dissipated_friction",),
     "given_to_track": ("into_track",),
 }
-"""Names until version 1, and the terms whose sum is what they named."""
+"""Names of before, which are answered for one version, and the terms whose sum is what they named."""
 
 
 class Energies(xr.Dataset):  # type: ignore[no-untyped-call]

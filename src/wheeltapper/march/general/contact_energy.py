@@ -33,7 +33,9 @@ def contact_energies(found: Found, end: float) -> tuple[FloatArray, float]:
             factor = factors_along(wheel, wheel.start + speed * part.times.ravel())
             elastic = _forces(part.delta.ravel(), row, table, factor).reshape(part.force.shape)
             taken += float((part.weights * (part.force - elastic) * part.slope).sum())
-        events = found.events[(found.events[:, contract.EVENT_CONTACT] == i) & (found.events[:, 0] < end)]
+        events = found.events[
+            (found.events[:, contract.EVENT_CONTACT] == i) & (found.events[:, contract.EVENT_TIME] < end)
+        ]
         freed = np.where(events[:, contract.EVENT_KIND] == contract.LOSS, 1.0, -1.0)
         taken += float(freed @ _energy_at(events[:, contract.EVENT_TIME], found, i, row, table)) if len(freed) else 0.0
         taken -= float(own[1]) if len(freed) and freed[-1] > 0.0 else 0.0

@@ -296,8 +296,8 @@ class _Block:
             return
         moved = lanes.bodies[w, :-1]
         if bodies.guides.size:
-            found = general.standing(system, kind.static, kind.units, height, spots)
-            lanes.sinking[w], moved[: len(bodies.mass)] = found.level, found.moved * length
+            level, stood = general.standing(system, kind.static, kind.units, contacts[:, layout.BEGAN], height, spots)
+            lanes.sinking[w], moved[: len(bodies.mass)] = level, stood * length
         if bodies.raised.size:
             moved[:] = general.raised_state(bodies, moved, lanes.sinking[w] * length)
         sprung = kind.local - kind.sinking + bodies.shapes.T @ moved[: len(bodies.mass)]

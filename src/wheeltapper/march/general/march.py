@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import log2
 from typing import Any, NamedTuple
 
@@ -397,6 +397,8 @@ def _at_start(
     )
 
 
+LEAST_SHARE = 1e-9
+"""Of a step of Newton's method: where a smaller one would be needed, rounding alone is left."""
 RATED_TAIL = 1e-9
 """Least error of forces' polynomials, in static units, where a law depends on the rate: rounding of the rate."""
 
@@ -507,77 +509,89 @@ def virgin_spot(law: FloatArray) -> Spot:
     return Spot(1.0, 0.0, float(law[PLASTIC_ONSET]) if law[switch.LAW_KIND] == switch.PLASTIC else np.inf)
 
 
-class Standing(NamedTuple):
-    """How a structure stands on paths, in the march's units.
+class Held(NamedTuple):
+    """What holds a structure on paths, in the march's units.
 
     Attributes
     ----------
-    level
-        Indentations at rest on level track, (wheels,).
-    moved
-        Displacements of all freedoms from there, (freedoms,).
+    free
+        Numbers of the freedoms that move freely there: those of the wheels first. Others follow a wheel, or no spring
+        holds them, or they are a deck, which starts as it rests on level track.
     ties
-        What the freedoms are of those that move freely there, (freedoms, free ones): the others follow a wheel, or no
-        spring holds them, or they are a deck, which starts as it rests on level track.
-    stiffness
-        How the forces on those grow with them, (free ones, free ones).
+        What all freedoms are of these, (freedoms, free ones).
+    forces_at
+        From displacements of the free ones, beyond the static state on level track, to the forces that push them back,
+        and how these grow, (free ones, free ones).
     """
 
-    level: FloatArray
-    moved: FloatArray
+    free: IntArray
     ties: FloatArray
-    stiffness: FloatArray
+    forces_at: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
-def standing(
-    system: System, static: FloatArray, units: tabulation.Units, height: FloatArray, spots: list[Spot]
-) -> Standing:  # fmt: skip
-    """Return how bodies with `guides` stand on paths of these heights and surfaces."""
+def held_on(
+    system: System, static: FloatArray, units: tabulation.Units, level: FloatArray, height: FloatArray,
+    spots: list[Spot],
+) -> Held:  # fmt: skip
+    """Return what holds bodies with `guides` on paths of these heights and surfaces; `level` is as in `standing`."""
     bodies, wheels = system.bodies, len(static)
     laws = [(law_row(contact, units, 0), table_of(contact)) for contact in system.wheels]
-    level = np.array([
-        indentation_of(force, law, table, virgin_spot(law))
-        for force, (law, table) in zip((static / units.force).tolist(), laws, strict=True)
-    ])  # fmt: skip
     stays = bodies.follows.any(axis=1) | bodies.shapes[:, :wheels].any(axis=1) | ~bodies.stiffness.any(axis=1)
     own = np.flatnonzero(~stays)
     ties = np.column_stack([bodies.follows, np.eye(len(bodies.mass))[:, own]])
     below, linear = ties.T @ bodies.shapes[:, :wheels], ties.T @ bodies.stiffness @ ties * (units.length / units.force)
-    held = [
+    cornered = [
         (ties.T @ bodies.shapes[:, k], system.contacts[k].law.table)
         for k in range(wheels, len(system.contacts))
         if system.contacts[k].law.kind == switch.CORNERED_SPRING
     ]
 
-    def forces_at(free: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return what pushes the free ones back where they are, beyond the static state, and how that grows."""
-        depth = (level + height[:wheels] + below.T @ free).tolist()
+    def forces_at(moved: FloatArray) -> tuple[FloatArray, FloatArray]:
+        depth = (level + height[:wheels] + below.T @ moved).tolist()
         found = [pressed(one, *law, spot) for one, law, spot in zip(depth, laws, spots, strict=False)]
         force, slope = np.array(found).T
-        pushed, stiffer = linear @ free + below @ (force - static / units.force), linear + (below * slope) @ below.T
-        for shape, table in held:
-            u = float(shape @ free) * units.length
+        pushed, stiffer = linear @ moved + below @ (force - static / units.force), linear + (below * slope) @ below.T
+        for shape, table in cornered:
+            u = float(shape @ moved) * units.length
             row = table[max(int(np.searchsorted(table[:, STRETCH_BEGIN], u, side="right")) - 1, 0)]
             pushed += shape * (row[STRETCH_FORCE] + row[STRETCH_SLOPE] * (u - row[STRETCH_PLACE])) / units.force
             stiffer += np.outer(shape, shape) * row[STRETCH_SLOPE] * units.length / units.force
         return pushed, stiffer
 
-    free = np.append(-height[:wheels], np.zeros(len(own)))
-    if not height.any() and all(spot == virgin_spot(law) for spot, (law, _) in zip(spots, laws, strict=False)):
-        return Standing(level, np.zeros(len(bodies.mass)), ties, forces_at(free)[1])
-    (pushed, stiffer), share = forces_at(free), 1.0
+    return Held(np.append(np.arange(wheels), own), ties, forces_at)
+
+
+def standing(
+    system: System, static: FloatArray, units: tabulation.Units, delta: FloatArray, height: FloatArray,
+    spots: list[Spot],
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Return how bodies with `guides` stand on paths of these heights and surfaces, in units of length.
+
+    First the wheels' indentations at rest on level track that nothing has pressed, then the displacements of all
+    freedoms from there. `delta` is the indentation under the static force on the surface as it is.
+    """
+    wheels, level = len(static), delta[: len(static)].copy()
+    for i, (contact, force) in enumerate(zip(system.wheels, (static / units.force).tolist(), strict=True)):
+        law = law_row(contact, units, 0)
+        if spots[i] != virgin_spot(law):
+            level[i] = indentation_of(force, law, table_of(contact), virgin_spot(law))
+    if not height.any() and np.array_equal(level, delta[:wheels]):
+        return level, np.zeros(len(system.bodies.mass))
+    held = held_on(system, static, units, level, height, spots)
+    moved = np.append(-height[:wheels], np.zeros(len(held.free) - wheels))
+    (pushed, stiffer), share = held.forces_at(moved), 1.0
     for _ in range(MOST_NEWTON):
         way = np.linalg.solve(stiffer, pushed)
-        if share < 1e-9 or np.abs(way).max() < 1e-15 * max(np.abs(free).max(), level.max()):
+        if share < LEAST_SHARE or np.abs(way).max() < 1e-15 * max(np.abs(moved).max(), level.max()):
             break
         share = 1.0  # of the way that brings the forces nearer to zero
-        while share >= 1e-9:
-            after = forces_at(free - share * way)
+        while share >= LEAST_SHARE:
+            after = held.forces_at(moved - share * way)
             if np.abs(after[0]).max() < np.abs(pushed).max():
-                free, (pushed, stiffer) = free - share * way, after
+                moved, (pushed, stiffer) = moved - share * way, after
                 break
             share *= 0.5
-    return Standing(level, ties @ free, ties, stiffer)
+    return level, held.ties @ moved
 
 
 def equilibrium(system: System, data: Data, static: FloatArray, units: tabulation.Units, rest: Rest) -> Start:
@@ -590,8 +604,8 @@ def equilibrium(system: System, data: Data, static: FloatArray, units: tabulatio
     offsets = (delta - height[:wheels]) * units.length + (rest.deflections @ force)[:wheels]
     bodies = np.zeros(len(tabulation.states_of(system.bodies).A) - 1)
     if system.bodies.guides.size:
-        found = standing(system, static, units, height, spots)
-        offsets, bodies[: len(system.bodies.mass)] = found.level * units.length, found.moved * units.length
+        offsets, moved = (one * units.length for one in standing(system, static, units, delta, height, spots))
+        bodies[: len(system.bodies.mass)] = moved
     offsets = np.append(offsets, [-port.gap for port in system.ports])
     return Start(bodies, force @ rest.amplitudes, offsets)
 

@@ -260,19 +260,21 @@ def _turned_standing(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives of what `march.standing` finds; `rising` and `stronger` those of path and force, there."""
     system, data, units = prepared.system, prepared.data, prepared.units
-    static, (height, spots) = general.static_forces(system), general.path_at_start(data, units)
-    found = general.standing(system, static, units, height, spots)
-    depth = found.level + height[: len(static)] + system.bodies.shapes[:, : len(static)].T @ found.moved
+    static = general.static_forces(system)
+    delta, height, spots = general.static_indentations(data, static, units)
+    level, moved = general.standing(system, static, units, delta, height, spots)
+    depth = level + height[: len(static)] + system.bodies.shapes[:, : len(static)].T @ moved
     deeper, missing = np.zeros(len(static)), np.zeros(len(static))
     for i, law in enumerate(data.laws[: len(static)]):
-        force, slope = general.pressed(found.level[i], law, data.table, general.virgin_spot(law))
+        force, slope = general.pressed(level[i], law, data.table, general.virgin_spot(law))
         share = laws[i, LAW_CONSTANT] / law[LAW_CONSTANT] if laws[i, LAW_CONSTANT] else 0.0
         deeper[i] = (turn.static[i] / units.force - force * share) / slope
         force, slope = general.pressed(depth[i], law, data.table, spots[i])
         missing[i] = turn.static[i] / units.force - force * stronger[i] - slope * (deeper[i] + rising[i])
     pull = system.bodies.shapes[:, : len(static)] @ missing
-    pull -= turn.bodies.stiffness @ found.moved * (units.length / units.force)
-    return deeper, found.ties @ np.linalg.solve(found.stiffness, found.ties.T @ pull)
+    pull -= turn.bodies.stiffness @ moved * (units.length / units.force)
+    held = general.held_on(system, static, units, level, height, spots)
+    return deeper, held.ties @ np.linalg.solve(held.forces_at(moved[held.free])[1], held.ties.T @ pull)
 
 
 def _turned_rest(prepared: general.Prepared, turn: SystemTurn) -> tuple[ComplexArray, FloatArray, FloatArray]:
