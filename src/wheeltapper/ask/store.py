@@ -22,7 +22,7 @@ from wheeltapper.ask.cells import ComputedCells, compute_cells
 from wheeltapper.ask.chart import chart_attributes, chart_dataset
 from wheeltapper.ask.spec import described_study
 from wheeltapper.ask.study import Study
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, brief
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Shared
 from wheeltapper.record.chart_store import (
@@ -174,7 +174,7 @@ class Store:
             group = zarr.open_group(self.path, mode="r", use_consolidated=False)
             held = dict(group.attrs)
         except Exception as error:  # a damaged store raises undocumented errors in zarr
-            raise self._not_whole(f"{type(error).__name__}: {' '.join(str(error).split())[:120]}") from error
+            raise self._not_whole(f"{type(error).__name__}: {brief(error)}") from error
         if held.get("title") != CHART_TITLE:
             raise InputError(str(self.path), "--output", "a store that wheeltapper did not write", "a new name")
         try:
@@ -185,7 +185,7 @@ class Store:
         try:
             names = [name for name, _ in group.arrays()]
         except Exception as error:
-            raise self._not_whole(f"{type(error).__name__}: {' '.join(str(error).split())[:120]}") from error
+            raise self._not_whole(f"{type(error).__name__}: {brief(error)}") from error
         lost = [name for name in self._expected_attributes() if name not in names]
         if lost:
             raise self._not_whole(f"without {lost[0]}")

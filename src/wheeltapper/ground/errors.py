@@ -19,6 +19,11 @@ def value_text(value: object) -> str:
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
 
 
+def brief(told: object) -> str:
+    """Return the beginning of what another library tells, in one line."""
+    return " ".join(str(told).split())[:120]
+
+
 def nearest_name(name: str, names: Iterable[str]) -> str | None:
     """Return the name that was probably meant, also in other capitals or as a part of it; None if there is none."""
     by_small = {one.casefold(): one for one in names}

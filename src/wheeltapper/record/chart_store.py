@@ -11,7 +11,7 @@ from zlib import crc32
 
 import numpy as np
 
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, brief
 from wheeltapper.record.labels import CHART_TITLE
 from wheeltapper.record.stored import check_format
 
@@ -152,7 +152,7 @@ def _absent_blocks(path: Path, group: Any, arrays: dict[str, Any], version: int)
 
 
 def _unreadable_error(path: Path, error: Exception) -> InputError:
-    return InputError(str(path), "", f"no readable store ({' '.join(str(error).split())[:120]})", CHART)
+    return InputError(str(path), "", f"no readable store ({brief(error)})", CHART)
 
 
 def _damaged_error(path: Path, name: str, place: Place, state: int) -> InputError:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.table.content import check_size
 from wheeltapper.ground.arguments import as_quantity
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, brief
 from wheeltapper.record.reading_table import CLIPPED, INTERVALS, RATES, Column, RecordingTable, rate_fact
 from wheeltapper.record.reading_units import name_and_unit
 
@@ -46,7 +46,7 @@ def refuse_broken_files(
             except InputError:
                 raise
             except Exception as error:
-                text = " ".join(str(error).split())[:120] or type(error).__name__
+                text = brief(error) or type(error).__name__
                 raise InputError("", "path", f"no readable {kind} file ({text})", f"a whole {kind} file") from None
 
         return read_checked

@@ -14,7 +14,7 @@ from wheeltapper.describe.scenario import Scenario, toml_table
 from wheeltapper.describe.site import Site
 from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.ground.arguments import as_path, as_quantity
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, brief
 from wheeltapper.ground.needs import DAMPER_END, KINKS
 from wheeltapper.record import damper, suspension
 from wheeltapper.record.chart_store import load_chart
@@ -144,7 +144,7 @@ def _load_record(path: Path, law: Any, largest: float) -> Any:
     except InputError:
         raise
     except Exception as error:  # h5py and xarray raise many kinds of errors for a damaged file
-        raise InputError("", "", f"no readable netCDF file ({' '.join(str(error).split())[:120]})", RECORD) from error
+        raise InputError("", "", f"no readable netCDF file ({brief(error)})", RECORD) from error
     if is_damaged(data):
         raise InputError("", "", "a damaged file", UNDAMAGED)
     if data.attrs.get("title") == WEAR_TITLE:

@@ -13,7 +13,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, brief
 
 FORMAT = 1
 """Version of the tables, kept as `user_version`."""
@@ -115,7 +115,7 @@ class Findings:
         """Refuse a database that is damaged, lacks columns, or has rows of what is not there, or no texts."""
         (sound,) = self._held.execute("PRAGMA quick_check(1)").fetchone()
         if sound != "ok":
-            raise self._refusal(f"a damaged file ({' '.join(str(sound).split())[:120]})")
+            raise self._refusal(f"a damaged file ({brief(sound)})")
         with closing(sqlite3.connect(":memory:")) as own:
             own.executescript(TABLES)
             expected = {table: _columns_of(own, table) for table in OWN}
