@@ -48,7 +48,7 @@ def first(repeats: int) -> None:
     times = []
     for _ in range(repeats):
         with TemporaryDirectory() as cache:
-            times.append(seconds(["run", str(EXAMPLE)], NUMBA_CACHE_DIR=cache))
+            times.append(seconds(["run", str(EXAMPLE)], WHEELTAPPER_CACHE=cache))
     report("run examples/wheel_flat.toml, empty cache", times)
 
 

@@ -208,7 +208,7 @@ def test_ctrl_c_ends_a_command_with_one_line_and_code_3(code, said):
 
 
 def test_ctrl_c_ends_a_command_that_compiles(tmp_path):
-    returned, rest, seconds = interrupted(COMPILING, "compiling", {"NUMBA_CACHE_DIR": str(tmp_path)})
+    returned, rest, seconds = interrupted(COMPILING, "compiling", {"WHEELTAPPER_CACHE": str(tmp_path)})
     assert returned == 3
     assert rest.endswith("wheeltapper: interrupted\n")
     assert "Traceback" not in rest

@@ -113,18 +113,6 @@ def test_a_scenario_that_is_refused_ends_those_beside_it(monkeypatch):
     assert len(begun) < 1000
 
 
-def test_each_kernel_is_said_to_be_compiled_once(capsys):
-    simulating._compiled.clear()
-    for _ in range(2):
-        simulating.say_that_it_compiles("the wheelset's march")
-    simulating.say_that_it_compiles("the wagon's march")
-    lines = capsys.readouterr().err.splitlines()
-    assert [line.split(" for ")[0] for line in lines] == [
-        "wheeltapper: compiling the wheelset's march",
-        "wheeltapper: compiling the wagon's march",
-    ]
-
-
 @pytest.mark.filterwarnings("ignore:.*is implausible")
 @pytest.mark.parametrize(
     "changes",

@@ -402,13 +402,11 @@ def test_twenty_kills_of_workers_and_drivers_leave_the_same_bits(tmp_path):
     assert files(whole) == files(broken)
 
 
-def test_kernels_are_compiled_before_the_first_chunk(tmp_path, monkeypatch):
+def test_kernels_are_compiled_before_the_first_chunk_is_given_to_a_worker(tmp_path, monkeypatch):
     asked = spec.described_study(spec.read_study(written(tmp_path)))
     done = []
     monkeypatch.setattr("wheeltapper.ask.cells.compute_cells", lambda study, changed, threads: done.append(changed))
-    for ready in (True, False):
-        monkeypatch.setattr("wheeltapper.ask.cells.is_ready", lambda study, ready=ready: ready)
-        filling.compile_first(asked)
+    filling.compile_first(asked)
     assert [{path: values.tolist() for path, values in cell.items()} for cell in done] == [
         {"vehicle.damping": [2e4], "vehicle.mass": [800.0]}
     ]

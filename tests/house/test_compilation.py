@@ -3,12 +3,21 @@
 import contextlib
 import json
 import os
+import random
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import numba
+import numpy as np
 import pytest
+
+from wheeltapper.ground.progress import reporting
+from wheeltapper.march.compiling import store, telling
+from wheeltapper.march.layout import SCRATCH
+from wheeltapper.march.roots import evaluate
 
 PACKAGE = Path(__file__).resolve().parents[2] / "src" / "wheeltapper"
 
@@ -66,31 +75,29 @@ def test_without_compilation_the_answers_are_the_same(arguments, capsys, monkeyp
 SMALL = """
 import json, sys
 import numpy as np
-from wheeltapper.march.kernel import is_compiled
 from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.margin import _smallest_value
 
 S = np.zeros(SCRATCH)
 S[:3] = 5.0, -2.0, 1.0
-arguments = 0, 2, 0.5, S
-print(f"compiled: {is_compiled(_smallest_value, arguments)}", file=sys.stderr)
-print(json.dumps(_smallest_value(*arguments)))
+print(json.dumps(_smallest_value(0, 2, 0.5, S)))
 """
 """Where 5 - 2·x + x² is smallest on (0, 0.5): a kernel that is compiled soon, with a callee in another file."""
+TOLD = "wheeltapper: compiling margin._smallest_value for this machine, once\n"
 
 
 @pytest.mark.slow
 def test_an_edited_kernel_is_compiled_again(tmp_path):
     shutil.copytree(PACKAGE, tmp_path / "wheeltapper", ignore=shutil.ignore_patterns("__pycache__"))
-    place = {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    assert answer(script=SMALL, **place) == (4.25, "compiled: False\n")
-    assert answer(script=SMALL, **place) == (4.25, "compiled: True\n")
+    place = {"PYTHONPATH": str(tmp_path), "WHEELTAPPER_CACHE": str(tmp_path / "cache")}
+    assert answer(script=SMALL, **place) == (4.25, TOLD)
+    assert answer(script=SMALL, **place) == (4.25, "")
     roots = tmp_path / "wheeltapper" / "march" / "roots.py"
     text = roots.read_text(encoding="utf-8")
     assert text.count("    total = a[at + n]\n") == 1
     roots.write_text(text.replace("    total = a[at + n]\n", "    total = 2.0 * a[at + n]\n"))
-    assert answer(script=SMALL, **place) == (4.5, "compiled: False\n")  # 5 - 2·x + 2·x²
-    assert answer(script=SMALL, **place) == (4.5, "compiled: True\n")
+    assert answer(script=SMALL, **place) == (4.5, TOLD)  # 5 - 2·x + 2·x²
+    assert answer(script=SMALL, **place) == (4.5, "")
 
 
 PARTS = """
@@ -115,9 +122,9 @@ print(json.dumps({"shown": shown, "lines": [line.split()[0] for line in code.spl
 
 @pytest.mark.slow
 def test_what_a_kernel_becomes_does_not_depend_on_what_python_has_called_before(tmp_path):
-    alone, _ = answer(script=PARTS, NUMBA_CACHE_DIR=str(tmp_path / "alone"))
-    after, _ = answer("first", script=PARTS, NUMBA_CACHE_DIR=str(tmp_path / "after"))
-    again, _ = answer(script=PARTS, NUMBA_CACHE_DIR=str(tmp_path / "after"))
+    alone, _ = answer(script=PARTS, WHEELTAPPER_CACHE=str(tmp_path / "alone"))
+    after, _ = answer("first", script=PARTS, WHEELTAPPER_CACHE=str(tmp_path / "after"))
+    again, _ = answer(script=PARTS, WHEELTAPPER_CACHE=str(tmp_path / "after"))
     assert (alone["shown"], after["shown"], again["shown"]) == (0, 1, 0)
     assert alone["lines"] == after["lines"]
     assert len(alone["lines"]) > 20
@@ -125,23 +132,312 @@ def test_what_a_kernel_becomes_does_not_depend_on_what_python_has_called_before(
 
 @pytest.mark.slow
 def test_where_nothing_can_be_written_it_compiles_and_runs(tmp_path):
-    shutil.copytree(PACKAGE, tmp_path / "wheeltapper", ignore=shutil.ignore_patterns("__pycache__"))
-    (tmp_path / "wheeltapper" / "march" / "__pycache__").write_text("in the way")  # even of the superuser
-    (tmp_path / "home").write_text("in the way")
-    place = {"PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "home"), "NUMBA_CACHE_DIR": ""}
+    (tmp_path / "home").write_text("in the way")  # even of the superuser
+    place = {"XDG_CACHE_HOME": str(tmp_path / "home"), "WHEELTAPPER_CACHE": "", "NUMBA_CACHE_DIR": ""}
     found, said = answer(**place)
     assert "compiling" in said
+    assert said.count("compiled kernels are not kept") == 1
     assert len(found["times"]) > 4
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="the superuser may write anywhere")
-def test_a_folder_that_cannot_be_written_is_no_obstacle(tmp_path):
+def test_a_package_that_cannot_be_written_is_compiled_into_the_user_s_folder(tmp_path):
     shutil.copytree(PACKAGE, tmp_path / "wheeltapper", ignore=shutil.ignore_patterns("__pycache__"))
     for path in [tmp_path / "wheeltapper", *(tmp_path / "wheeltapper").rglob("*")]:
         path.chmod(path.stat().st_mode & ~0o222)
-    place = {"PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "home")}
-    answer(**place)
-    _, said = answer(**place)
-    assert "compiling" not in said
-    assert list((tmp_path / "home").rglob("*.nbi"))
+    home = tmp_path / "home"
+    home.mkdir()
+    place = {"PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(home), "WHEELTAPPER_CACHE": "", "NUMBA_CACHE_DIR": ""}
+    assert answer(script=SMALL, **place) == (4.25, TOLD)
+    assert answer(script=SMALL, **place) == (4.25, "")
+    assert list((home / "wheeltapper" / "kernels").rglob("*.code"))
+
+
+@pytest.mark.slow
+def test_a_second_clone_of_the_same_sources_compiles_nothing(tmp_path):
+    place = {"WHEELTAPPER_CACHE": str(tmp_path / "cache")}
+    for clone in ("one", "two"):
+        shutil.copytree(PACKAGE, tmp_path / clone / "wheeltapper", ignore=shutil.ignore_patterns("__pycache__"))
+        _, said = answer(script=SMALL, PYTHONPATH=str(tmp_path / clone), **place)
+        assert said == (TOLD if clone == "one" else "")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="has other rights")
+def test_nothing_is_read_from_a_folder_that_others_can_write(tmp_path):
+    cache = tmp_path / "cache"
+    place = {"WHEELTAPPER_CACHE": str(cache)}
+    answer(script=SMALL, **place)
+    (folder,) = cache.glob("wheel-*")
+    for one in (cache, folder):
+        one.chmod(0o777)
+        found, said = answer(script=SMALL, **place)
+        one.chmod(0o700)
+        assert found == 4.25
+        note = f"wheeltapper: {cache} can be written by other users: compiled kernels are not kept, "
+        assert said == f"{note}each process compiles its own\n{TOLD}"
+    assert answer(script=SMALL, **place) == (4.25, "")
+
+
+@pytest.mark.slow
+def test_a_damaged_file_is_compiled_again(tmp_path):
+    place = {"WHEELTAPPER_CACHE": str(tmp_path)}
+    answer(script=SMALL, **place)
+    for damage in (
+        lambda data: data[:100],
+        lambda data: b"",
+        lambda data: data[:50] + bytes([data[50] ^ 1]) + data[51:],
+    ):
+        for path in tmp_path.rglob("margin._smallest_value.*.code"):
+            path.write_bytes(damage(path.read_bytes()))
+        assert answer(script=SMALL, **place) == (4.25, TOLD)
+        assert answer(script=SMALL, **place) == (4.25, "")
+
+
+FULL_DISK = (
+    """
+import errno, pathlib
+
+def no_room(self, data):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+pathlib.Path.write_bytes = no_room
+"""
+    + SMALL
+)
+
+
+@pytest.mark.slow
+def test_a_full_disk_costs_one_line(tmp_path):
+    found, said = answer(script=FULL_DISK, WHEELTAPPER_CACHE=str(tmp_path))
+    assert found == 4.25
+    assert sorted(said.splitlines()) == [
+        f"wheeltapper: {tmp_path}: a compiled kernel could not be kept (No space left on device)", TOLD.strip(),
+    ]  # fmt: skip
+    assert not [path for path in tmp_path.rglob("*") if path.is_file() and path.stat().st_size]
+
+
+@pytest.mark.slow
+def test_of_two_processes_one_compiles(tmp_path):
+    environment = os.environ | {"WHEELTAPPER_CACHE": str(tmp_path)}
+    start = [sys.executable, "-c", SCRIPT]
+    both = [
+        subprocess.Popen(start, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    told = [process.communicate() for process in both]
+    assert [process.returncode for process in both] == [0, 0]
+    assert told[0][0] == told[1][0]
+    compiled = [line for _, said in told for line in said.splitlines() if ": compiling" in line]
+    assert len(compiled) == len(set(compiled)) > 2
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="kills by signals")
+def test_kills_leave_a_cache_that_works(tmp_path):
+    dice = random.Random(38)
+    environment = os.environ | {"WHEELTAPPER_CACHE": str(tmp_path)}
+    for kill in range(20):
+        if kill % 4 == 3:
+            shutil.rmtree(tmp_path)
+        process = subprocess.Popen([sys.executable, "-c", SMALL], env=environment, stderr=subprocess.DEVNULL)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(dice.uniform(0.3, 3.0))
+        process.kill()
+        process.wait()
+        if kill % 5 == 4:
+            assert answer(script=SMALL, WHEELTAPPER_CACHE=str(tmp_path))[0] == 4.25
+    assert answer(script=SMALL, WHEELTAPPER_CACHE=str(tmp_path)) == (4.25, "")
+
+
+FOUND_AGAIN = """
+import importlib, json, pickle, sys
+import wheeltapper.march
+from wheeltapper.march.compiling import guests, store, telling
+
+told = []
+telling.say = told.append
+asked = 0
+for march in ("wheel", "general", "rails"):
+    held = store.store_of(march)
+    for file in sorted(held.folder.glob("*.code")):
+        _, reduced = pickle.loads(held.read(file.name))
+        *place, name = file.name.split(".")[:-2]
+        kernel = getattr(importlib.import_module(".".join(["wheeltapper", "march", *place])), name)
+        kernel.compile(reduced[3].args)
+        asked += 1
+print(json.dumps([asked, told]))
+"""
+"""Ask for every kernel that was compiled, in another process."""
+
+
+@pytest.mark.slow
+def test_whatever_was_compiled_is_found_again_by_another_process():
+    answer()  # a few, if nothing was
+    (asked, told), _ = answer(script=FOUND_AGAIN)
+    assert told == []
+    assert asked > 5
+
+
+UNTOUCHED = """
+import json, sys
+import numba
+from numba.core import caching, codegen, compiler, cpu, dispatcher, registry
+
+def state():
+    classes = [
+        codegen.JITCodeLibrary, codegen.CPUCodeLibrary, codegen.CodeLibrary, codegen.JITCPUCodegen, caching.Cache,
+        caching.CacheImpl, caching.CompileResultCacheImpl, caching.FunctionCache, caching.IndexDataCacheFile,
+        dispatcher.Dispatcher, dispatcher._DispatcherBase, registry.CPUDispatcher, compiler.CompilerBase,
+        compiler.Compiler, compiler.Flags, cpu.CPUContext, numba.types.Function,
+    ]
+    held = {f"{one.__name__}.{name}": value for one in classes for name, value in vars(one).items()}
+    return {name: value for name, value in held.items() if "_abc" not in name}
+
+before, locators = state(), list(caching.CacheImpl._locator_classes)
+import wheeltapper as wt
+from wheeltapper.march import ensemble, gradients, multibody, orbits, replay, single
+from wheeltapper.march.general import march
+from wheeltapper.march.rails import march
+after = state()
+changed = [name for name in before if after.get(name) is not before[name]] + sorted(set(after) - set(before))
+print(json.dumps(changed + [str(one) for one in caching.CacheImpl._locator_classes if one not in locators]))
+"""
+
+
+def test_importing_the_package_changes_nothing_of_numba_s():
+    assert answer(script=UNTOUCHED)[0] == []
+
+
+THEIRS = """
+import json, math, sys
+import numba, numpy as np
+if "ours" in sys.argv:
+    from wheeltapper.march.layout import SCRATCH
+    from wheeltapper.march.margin import _smallest_value
+    S = np.zeros(SCRATCH)
+    S[:3] = 5.0, -2.0, 1.0
+    assert _smallest_value(0, 2, 0.5, S) == 4.25
+
+@numba.njit
+def inner(x, table):
+    return math.sqrt(x) + table[np.searchsorted(table, x)]
+
+@numba.njit(fastmath=True)
+def theirs(xs, table):
+    total = 0.0
+    for x in xs:
+        total += inner(x, table) if x > 0.0 else min(x, -1.0) ** 2
+    return total
+
+@numba.vectorize(["float64(float64)"])
+def each(x):
+    return abs(x) * 3.0
+
+theirs(np.ones(3), np.linspace(0.0, 2.0, 9))
+(code,) = theirs.inspect_asm().values()
+print(json.dumps([line.split()[0] for line in code.splitlines() if line[:1] == "\t"] + each(np.ones(2)).tolist()))
+"""
+
+
+@pytest.mark.slow
+def test_other_people_s_functions_become_the_same_machine_code():
+    alone, _ = answer(script=THEIRS)
+    beside, _ = answer("ours", script=THEIRS)
+    assert alone == beside
+    assert len(alone) > 50
+
+
+def test_other_people_s_functions_are_told_that_they_cannot_call_a_kernel():
+    from numba.core.errors import TypingError
+
+    @numba.njit
+    def theirs(S):
+        return evaluate(S, 0, 2, 0.5)
+
+    if numba.config.DISABLE_JIT:
+        pytest.skip("nothing is compiled")
+    with pytest.raises(TypingError, match="a kernel of wheeltapper cannot be called from a function that Numba"):
+        theirs(np.zeros(SCRATCH))
+
+
+# -- what is told ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def at_pace(monkeypatch):
+    """Let the machine be as fast as that of the table, and one kernel be known."""
+    monkeypatch.setattr(telling, "pace", telling._Pace())
+    monkeypatch.setattr(telling, "costs", lambda: {"single.march_kernel": {"what": "the march", "seconds": 12.0}})
+
+
+def test_what_is_compiled_is_told_with_its_time(at_pace, tmp_path, capsys):
+    with telling.told("single.march_kernel", tmp_path):
+        with telling.told("single.other", tmp_path):  # for it
+            pass
+        telling.tick()
+    assert capsys.readouterr().err == "wheeltapper: compiling the march for this machine, once; about 12 s\n"
+    with telling.told("margin.unknown", tmp_path):
+        pass
+    assert capsys.readouterr().err == "wheeltapper: compiling margin.unknown for this machine, once\n"
+
+
+def test_the_bar_of_a_compilation_goes_on_with_time_and_never_beyond_its_end(at_pace, tmp_path, monkeypatch):
+    heard, clock = [], iter([0.0, 0.0, 3.0, 100.0, 100.0])
+    monkeypatch.setattr(telling.time, "perf_counter", lambda: next(clock))
+    with reporting(lambda *told: heard.append(told), lambda line: None), telling.told("single.march_kernel", tmp_path):
+        telling.tick()
+        telling.tick()
+    assert heard == [("compiling the march", done, 12.0) for done in (0.0, 3.0, 0.99 * 12.0)]
+
+
+def test_a_slower_machine_is_told_longer_times_also_by_the_next_process(at_pace, tmp_path, monkeypatch, capsys):
+    clock = iter([0.0, 0.0, 36.0])
+    monkeypatch.setattr(telling.time, "perf_counter", lambda: next(clock))
+    with telling.told("single.march_kernel", tmp_path):
+        pass
+    monkeypatch.undo()
+    capsys.readouterr()
+    monkeypatch.setattr(telling, "pace", telling._Pace())
+    monkeypatch.setattr(telling, "costs", lambda: {"single.march_kernel": {"what": "the march", "seconds": 12.0}})
+    with telling.told("single.march_kernel", tmp_path):
+        pass
+    (seconds,) = [float(word) for word in capsys.readouterr().err.split() if word.isdigit()]
+    assert 30.0 <= seconds <= 36.0
+    (tmp_path / "pace.json").write_text("{")
+    telling.pace.__init__()
+    telling.pace.read(tmp_path)
+    assert telling.pace.factor == 1.0
+
+
+def test_who_listens_may_end_the_work_after_a_compilation(at_pace, tmp_path):
+    done = []
+
+    def stop(*told):
+        raise KeyboardInterrupt
+
+    with (
+        pytest.raises(KeyboardInterrupt),
+        reporting(stop, lambda line: None),
+        telling.told("single.march_kernel", tmp_path),
+    ):
+        done.append(1)
+    assert done == [1]
+
+
+def test_old_sources_kernels_are_removed_and_the_last_ones_kept(tmp_path):
+    for age in range(6):
+        for march in ("wheel", "general"):
+            folder = tmp_path / f"{march}-{age}-cpython"
+            folder.mkdir()
+            (folder / "a.code").write_bytes(b"1")
+            os.utime(folder, (time.time() - 1000 * age,) * 2)
+    (tmp_path / ".removed-1").mkdir()
+    os.utime(tmp_path / "general-1-cpython", (0, 0))
+    store.clean(tmp_path, "wheel")
+    assert sorted(path.name for path in tmp_path.glob("wheel-*")) == [f"wheel-{age}-cpython" for age in range(3)]
+    assert len(list(tmp_path.glob("general-*"))) == 6
+    store.clean(tmp_path)
+    assert sorted(path.name for path in tmp_path.glob("*")) == [
+        *(f"general-{age}-cpython" for age in (0, 2, 3)), *(f"wheel-{age}-cpython" for age in range(3)),
+    ]  # fmt: skip

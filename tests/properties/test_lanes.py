@@ -84,8 +84,9 @@ def assert_same(lanes, apart):
 
 @pytest.mark.parametrize("name", CASES)
 def test_lanes_find_what_single_cells_find(name):
-    # Bouncing over a corrugation is chaotic: after some ten impacts, the last digit of the start has become the first.
-    made = cells(CASES[name], **({"LAST_IMPACT": 10} if "corrugation" in name else {}))
+    # Bouncing over a corrugation is chaotic: a difference grows 2.2 times from event to event, from 3e-15 at the first
+    # to 3e-10 at the eighth impact.
+    made = cells(CASES[name], **({"LAST_IMPACT": 8} if "corrugation" in name else {}))
     assert_same(march_in_lanes(made), march_one_by_one(made))
 
 

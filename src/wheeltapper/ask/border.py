@@ -21,7 +21,7 @@ from wheeltapper.march import run
 from wheeltapper.march.blocks import core_count
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.features import first_loss
-from wheeltapper.record.simulate import say_that_it_compiles, warn_caller
+from wheeltapper.record.simulate import warn_caller
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,8 +110,6 @@ class _Plane:
 
         many = LoweredCells(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
         many.cells.numbers[:, contract.LAST_IMPACT] = self.losses
-        if not run.margins_are_ready(many.cells):
-            say_that_it_compiles()
         found = run.margins(many.cells, self.losses, self.threads)
         return np.asarray((found * many.units.length).reshape(x.shape))
 
@@ -119,8 +117,6 @@ class _Plane:
         from wheeltapper.lower.cells_on_rails import CellsOnRails
 
         many = CellsOnRails(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
-        if not run.tasks_are_ready(many.tasks[0], alone=True):
-            say_that_it_compiles(run.GENERAL.name)
         return self._whole(run.margins_on_rails(many.tasks, self.losses, self.threads)).reshape(x.shape)
 
     def _margin_by_records(self, x: FloatArray, y: FloatArray) -> FloatArray:

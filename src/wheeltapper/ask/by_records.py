@@ -15,7 +15,7 @@ from wheeltapper.ground.progress import progress_counter
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record.kinds import kind_of
-from wheeltapper.record.simulate import say_that_it_compiles, side_by_side, simulated_scenario
+from wheeltapper.record.simulate import side_by_side, simulated_scenario
 
 if TYPE_CHECKING:
     from wheeltapper.ask.study import Study
@@ -30,12 +30,6 @@ stall; it then has found where contact begins to be lost."""
 def scenario_of_cell(asked: Study, changed: dict[str, FloatArray], cell: int) -> Scenario:
     """Return the scenario of a cell."""
     return asked.scenario.replaced({path: float(values[cell]) for path, values in changed.items()})
-
-
-def is_ready(asked: Study, changed: dict[str, FloatArray]) -> bool:
-    """Return False if computing these cells begins with compiling."""
-    first = scenario_of_cell(asked, changed, 0)
-    return run.is_ready(kind_of(first).lower(first, asked.method).program)
 
 
 def computed_by_records(asked: Study, changed: dict[str, FloatArray], threads: int) -> ComputedCells:
@@ -88,7 +82,5 @@ def margins_by_records(
         ):
             out[cell] = margin
 
-    if cells and not run.is_ready(kind_of(scenario).lower(scenario, method).program):
-        say_that_it_compiles(run.choose(run.SIMULATE, scenario.needs).name)
     side_by_side(march_cell, range(cells), threads, lambda: None)
     return out

@@ -23,7 +23,7 @@ from wheeltapper.march.general import layout
 from wheeltapper.record import balanced
 from wheeltapper.record.growth import Growth, growth_of
 from wheeltapper.record.record_trains import end_forces_of
-from wheeltapper.record.simulate import ModelWarning, say_that_it_compiles, simulate, warn_caller
+from wheeltapper.record.simulate import ModelWarning, simulate, warn_caller
 
 if TYPE_CHECKING:
     from wheeltapper.lower.many import LoweredCells
@@ -181,29 +181,6 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
     )  # halving ends with single cells that are refused
 
 
-def is_ready(asked: Study) -> bool:
-    """Return False if computing this study begins with compiling."""
-    from wheeltapper.ask import sensitivity
-    from wheeltapper.lower.many import LoweredCells
-
-    first = asked.changed_values(tuple(slice(0, 1) for _ in asked.shape))
-    try:
-        if asked.by_records or asked.by_differences:
-            from wheeltapper.ask import by_records
-
-            return by_records.is_ready(asked, first)
-        if asked.marcher.is_general:
-            from wheeltapper.ask import on_rails
-
-            return on_rails.is_ready(asked, first)
-        many = LoweredCells(asked.scenario, first, asked.method)
-    except InputError:
-        return True  # not known yet; the first chunk will compile
-    if asked.gradient:
-        return sensitivity.is_ready(many, asked.gradient, asked.needs_tally)
-    return run.cells_are_ready(many.cells, asked.needs_tally)
-
-
 def last_events(asked: Study) -> tuple[int, int]:
     """Return the impact, or the impact before a loss, at which the last feature is known; -1 where none tells."""
     if any(feature.until == "end" for feature in asked.features):
@@ -223,8 +200,6 @@ def _set_end(asked: Study, numbers: FloatArray) -> None:
 def _computed_values(asked: Study, many: LoweredCells, threads: int) -> ComputedCells:
     from wheeltapper.record.trains import Trains, notes_of_cells
 
-    if not run.cells_are_ready(many.cells, asked.needs_tally):
-        say_that_it_compiles()
     total = len(many.cells.first)
     values, status = np.empty((len(asked.features), total)), np.empty(total, dtype=np.int64)
     said: list[Shared] = []

@@ -17,7 +17,6 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Shared, shared_notes
 from wheeltapper.ground.progress import progress_shown, report, say
 from wheeltapper.march.blocks import core_count
-from wheeltapper.record.simulate import say_that_it_compiles
 
 Place = tuple[int, ...]
 Done = tuple[Place, int, str, tuple[Shared, ...]]
@@ -80,7 +79,8 @@ def fill_store(
         else:
             store.create()
         todo = store.missing_chunks()
-        compile_first(store.study)
+        if todo and (workers or scheduler):
+            compile_first(store.study)
         of = store.study.cell_count
         done = of - sum(_cell_count(store, place) for place in todo)
         failed = []
@@ -225,11 +225,9 @@ def _wait_for_chunk(client: Any, pending: list[Any]) -> Iterable[Any]:
 
 
 def compile_first(study: Study) -> None:
-    """Compile the kernels of a study here, once, before all its threads and workers ask for them."""
-    from wheeltapper.ask.cells import compute_cells, is_ready
+    """Compute one cell here, so that kernels are compiled, and told of, before all workers ask for them."""
+    from wheeltapper.ask.cells import compute_cells
 
-    if not is_ready(study):
-        say_that_it_compiles()
-        corner = study.changed_values(tuple(slice(0, 1) for _ in study.shape))
-        with suppress(Exception):  # it is said with the chunk
-            compute_cells(study, {path: values[:1] for path, values in corner.items()}, 1)
+    corner = study.changed_values(tuple(slice(0, 1) for _ in study.shape))
+    with suppress(Exception):  # it is said with the chunk
+        compute_cells(study, {path: values[:1] for path, values in corner.items()}, 1)

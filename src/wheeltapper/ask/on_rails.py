@@ -17,7 +17,6 @@ from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record.growth import Growth
 from wheeltapper.record.record_trains import end_forces_of, missing_energy_of
-from wheeltapper.record.simulate import say_that_it_compiles
 from wheeltapper.record.trains import Trains, notes_of_cells
 
 if TYPE_CHECKING:
@@ -30,18 +29,10 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def is_ready(asked: Study, changed: dict[str, FloatArray]) -> bool:
-    """Return False if computing these cells begins with compiling."""
-    first = CellsOnRails(asked.scenario, changed, asked.method).tasks[0]
-    return run.tasks_are_ready(first, asked.needs_tally or first.memory is not None)
-
-
 def computed_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int) -> ComputedCells:
     """Compute some cells of a study: those in which the varied fields have the given values."""
     many = CellsOnRails(asked.scenario, changed, asked.method)
     alone = asked.needs_tally or many.tasks[0].memory is not None
-    if not run.tasks_are_ready(many.tasks[0], alone):
-        say_that_it_compiles(run.GENERAL.name)
     values = np.empty((len(asked.features), *asked.wheel_shape, many.cells))
     status = np.empty(many.cells, dtype=np.int64)
     count, said = progress_counter("cells", many.cells), list[Shared]()

@@ -17,7 +17,6 @@ from wheeltapper.lower.table import used_degree
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record.features import Feature
-from wheeltapper.record.simulate import say_that_it_compiles
 
 if TYPE_CHECKING:
     from wheeltapper.march.ensemble import Cells, Marched
@@ -68,15 +67,6 @@ def feature_slopes(
     return replace(parts[0], gradient=gradient)
 
 
-def is_ready(many: LoweredCells, parameters: tuple[str, ...], tally: bool) -> bool:
-    """Return False if the gradients of these cells begin with compiling."""
-    from wheeltapper.march.gradients import PARAMETERS
-
-    return run.tangents_are_ready(
-        *turns_of(many, [many.direction_along(path) for path in parameters[:PARAMETERS]]), tally
-    )
-
-
 def turns_of(many: LoweredCells, directions: list[Direction]) -> tuple[Cells, CellTangents]:
     """Return the cells, and their derivatives along some directions."""
     from wheeltapper.march.gradients import CellTangents
@@ -109,8 +99,6 @@ def _slopes_of_block(
     directions = [many.direction_along(path) for path in parameters]
     cells, turns = turns_of(many, directions)
     tally = any(feature.tally for feature in features)
-    if not run.tangents_are_ready(cells, turns, tally):
-        say_that_it_compiles()
     total = len(many.cells.first)
     out = FeatureSlopes(
         np.empty((len(features), total)), np.empty((len(features), len(parameters), total)),

@@ -24,7 +24,7 @@ from wheeltapper.march import run
 from wheeltapper.record.kinds import kind_of
 from wheeltapper.record.record import Record
 from wheeltapper.record.record_trains import trains_of
-from wheeltapper.record.simulate import say_that_it_compiles, side_by_side
+from wheeltapper.record.simulate import side_by_side
 from wheeltapper.record.trains import Trains, notes_of_cells
 
 if TYPE_CHECKING:
@@ -57,12 +57,8 @@ def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:
     """Compute one cell; the trains of its wheelsets are like those of cells."""
     lowered: LoweredOnRails = kind_of(scenario).lower(scenario, asked.method)
     turns = [turn_along(scenario, path, lowered) for path in asked.gradient]
-    if not run.is_ready(lowered.program):
-        say_that_it_compiles(run.GENERAL.name)
     marched = run.march(lowered.program)
     record = Record(scenario, asked.method, lowered, marched)
-    if not run.rail_tangents_are_ready(marched):
-        say_that_it_compiles("the tangents on rails")
     trains, whole = trains_of(record, asked.needs_tally), record.outcome is Outcome.COMPLETED
     unknown = dict[str, list[str]]()
     wheels, amplification = trains.cell_count, np.nan

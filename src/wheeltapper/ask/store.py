@@ -23,6 +23,7 @@ from wheeltapper.ask.chart import chart_attributes, chart_dataset
 from wheeltapper.ask.spec import described_study
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError, brief
+from wheeltapper.ground.locks import lock
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Shared
 from wheeltapper.record.chart_store import (
@@ -273,29 +274,18 @@ def _plain_value(attrs: dict[str, Any]) -> dict[str, Any]:
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Lock a store or a file for one process; a second one is refused. The lock ends with the process."""
-    lock = path.with_name(path.name + ".lock")
-    with lock.open("a+") as file:
-        if not _held_lock(file, lock):
+    place = path.with_name(path.name + ".lock")
+    with place.open("a+") as file:
+        if not _held_lock(file, place):
             raise InputError(str(path), "--output", "a file that another process is filling", "one process at a time")
         try:
             yield
         finally:
-            lock.unlink(missing_ok=True)
+            place.unlink(missing_ok=True)
 
 
-def _held_lock(file: Any, lock: Path) -> bool:
-    try:
-        if os.name == "nt":
-            import msvcrt
-
-            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
-        else:
-            import fcntl
-
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
+def _held_lock(file: Any, place: Path) -> bool:
     try:  # a driver that has just ended may have removed the file that was opened
-        return os.path.samestat(os.fstat(file.fileno()), lock.stat())
+        return lock(file) and os.path.samestat(os.fstat(file.fileno()), place.stat())
     except OSError:
         return False

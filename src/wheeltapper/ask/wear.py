@@ -37,7 +37,7 @@ from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
 from wheeltapper.record.checksum import CHECKSUM, checksum, is_damaged
 from wheeltapper.record.kinds import OUTCOMES
 from wheeltapper.record.labels import WEAR_TITLE
-from wheeltapper.record.simulate import say_that_it_compiles, warn_of
+from wheeltapper.record.simulate import warn_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -277,8 +277,6 @@ class _Evolution:
             done = self._state[1]
             what = f"{passes}, where the file holds {done}"
             raise InputError(str(self._store), "passes", what, f"{done} or more, or a new name for a shorter evolution")
-        if not run.is_ready(self._line.program):
-            say_that_it_compiles()
         saved = time.monotonic()
         count = count or progress_counter("passes", passes, self._state[1])
         try:

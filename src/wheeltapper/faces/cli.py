@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from cyclopts import App, CycloptsError, Parameter
 
 from wheeltapper._version import __version__
+from wheeltapper.faces.cli_cache import cache
 from wheeltapper.faces.cli_explore import explore
 from wheeltapper.faces.cli_limits import limits
 from wheeltapper.faces.cli_orbits import orbits
@@ -31,7 +32,7 @@ app = App(
 )
 app.register_install_completion_command(help="Install completion for this shell (bash, zsh, fish).")
 
-for command in (limits, diagnose, assess, design, report, orbits, explore):
+for command in (limits, diagnose, assess, design, report, orbits, explore, cache):
     app.command(command)
 
 

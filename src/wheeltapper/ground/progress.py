@@ -75,8 +75,7 @@ def progress_shown(progress: Progress, of: str = "") -> Iterator[None]:
     InputError
         If it is none of these.
     """
-    heard = _listener.get()
-    say = _print_line if heard is None else heard.say
+    heard, say = _listener.get(), sayer()
     context: AbstractContextManager[None] = nullcontext()
     if callable(progress):
         context = reporting(progress, say)
@@ -168,10 +167,15 @@ def counted_from(before: int, total: int) -> Iterator[None]:
         yield
 
 
-def say(line: str) -> None:
-    """Show the user a line at once: by the listener, else on stderr."""
+def sayer() -> Say:
+    """Return what shows the user a line: the listener, else stderr. Threads may have it from who started them."""
     listener = _listener.get()
-    (listener.say if listener is not None else _print_line)(line)
+    return listener.say if listener is not None else _print_line
+
+
+def say(line: str) -> None:
+    """Show the user a line at once."""
+    sayer()(line)
 
 
 def _someone_watches() -> bool:

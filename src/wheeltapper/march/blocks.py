@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
+from contextvars import copy_context
 
 from threadpoolctl import threadpool_limits
 
@@ -25,12 +26,12 @@ def algebra_on_one_thread() -> AbstractContextManager[object]:
 
 
 def in_blocks(total: int, size: int, threads: int, one: Callable[[slice], None]) -> None:
-    """Call `one` for each block of at most `size` cells, on `threads` threads."""
+    """Call `one` for each block of at most `size` cells, on `threads` threads, which tell who listens in this one."""
     blocks = [slice(begin, min(begin + size, total)) for begin in range(0, total, size)]
     if threads == 1 or len(blocks) < 2:
         for block in blocks:
             one(block)
         return
     with ThreadPoolExecutor(threads) as pool:
-        for _ in pool.map(one, blocks):  # errors in a block are raised here
-            pass
+        for _ in pool.map(lambda block, context: context.run(one, block), blocks, [copy_context() for _ in blocks]):
+            pass  # errors in a block are raised here

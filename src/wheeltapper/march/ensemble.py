@@ -16,7 +16,7 @@ from wheeltapper.march.apart import motions_kernel, start_lanes
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.dense import OUT_COLUMNS
 from wheeltapper.march.events import is_free
-from wheeltapper.march.kernel import is_compiled, kernel
+from wheeltapper.march.kernel import kernel
 from wheeltapper.march.lanes import lanes_kernel
 from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
 from wheeltapper.march.program import PHASE, TIME, A, FloatArray, IntArray
@@ -283,13 +283,6 @@ def end_motions(cells: Cells, threads: int, motions: FloatArray = AT_THEIR_START
 
     in_blocks(total, _block_size(total, threads), threads, march_block)
     return out, status
-
-
-def is_ready(cells: Cells, tally: bool) -> bool:
-    """Return False if marching these cells begins with compiling."""
-    if not tally:
-        return is_compiled(lanes_kernel, (*Variant.of_cells(cells), pools.pool_of(*cells.part(slice(0, 1)))))
-    return is_compiled(ensemble_kernel, _arguments(cells, 0, room_for(0), _work_arrays(), tally))
 
 
 def _block_size(total: int, threads: int) -> int:

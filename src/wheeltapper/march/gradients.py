@@ -11,11 +11,9 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.borrowed import borrowed
 from wheeltapper.march.dense import OUT_COLUMNS
-from wheeltapper.march.ensemble import Cells, KeptSteps, Marched, Steps, Variant, march_keeping_steps, room_for
-from wheeltapper.march.ensemble import is_ready as lanes_are_ready
-from wheeltapper.march.kernel import is_compiled, kernel
+from wheeltapper.march.ensemble import Cells, KeptSteps, Marched, Variant, march_keeping_steps
+from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import SCRATCH
-from wheeltapper.march.pool import pool_of
 from wheeltapper.march.program import TIME, FloatArray, IntArray, Program
 from wheeltapper.march.single import March, march
 from wheeltapper.march.tally import CONTACTS, HIGHEST, HIGHEST_TIME, STILL_OPEN, TALLY, tally_kernel
@@ -142,16 +140,6 @@ def _with_tally(marched: Marched) -> Marched:
     return marched._replace(
         highest=np.zeros(len(marched.status)), impulses=np.full(len(marched.events), np.nan)
     )  # fmt: skip
-
-
-def is_ready(cells: Cells, turns: CellTangents, tally: bool) -> bool:
-    """Return False if marching these cells with tangents begins with compiling."""
-    if not lanes_are_ready(cells, tally=False):
-        return False
-    whole, none = np.empty((0, 1)), np.zeros(0, dtype=np.int64)
-    kept = KeptSteps(room_for(0), Steps(whole, none, whole), pool_of(*cells.part(slice(0, 1))))
-    arguments = _arguments(cells, turns, kept, _room_for(0, 0, 0, tally), tally, Variant.of_cells(cells))
-    return is_compiled(gradient_kernel, arguments)
 
 
 def march_block(

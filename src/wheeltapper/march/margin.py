@@ -17,7 +17,7 @@ from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells
 from wheeltapper.march.events import is_free
 from wheeltapper.march.flight import flight_series
-from wheeltapper.march.kernel import is_compiled, kernel
+from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import CLEAR, COUNT, EVENTS, FLIGHT_ORDER, SCRATCH, TREND, U, W
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, first_root
@@ -102,11 +102,6 @@ def _arguments(cells: Cells, cell: int, losses: int, margins: FloatArray, rows: 
     columns = (contract.STEP_COLUMNS, contract.EVENT_COLUMNS, contract.PEAK_COLUMNS)
     tables = (np.empty((rows, many)) for many in columns)
     return (cells, cell, losses, margins, *tables, np.zeros(SCRATCH), cells.strict)
-
-
-def is_ready(cells: Cells) -> bool:
-    """Return False if computing margins begins with compiling."""
-    return is_compiled(margin_kernel, _arguments(cells, 0, 1, np.zeros(0), 1))
 
 
 def margins_of(cells: Cells, losses: int, threads: int) -> FloatArray:

@@ -21,7 +21,7 @@ from wheeltapper.march.assembly import LANES
 from wheeltapper.march.contact_laws import is_lossy, is_plastic
 from wheeltapper.march.crossing import Span
 from wheeltapper.march.growths import find_growths
-from wheeltapper.march.kernel import is_compiled, kernel
+from wheeltapper.march.kernel import kernel, shared_kernel
 from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import DONE, FULL, NOT_FINITE, SOFT, STALLED, TOO_MANY_EVENTS, FloatArray, IntArray
 from wheeltapper.march.rail_motion import catch_up
@@ -72,7 +72,7 @@ def _is_finite(w: FloatArray) -> bool:
     return bool(np.all(np.abs(w) < 1e12))
 
 
-@kernel
+@shared_kernel
 def march_kernel(
     data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray,
     steps: FloatArray, states: FloatArray, events: FloatArray, peaks: FloatArray, K: FloatArray, F: FloatArray,
@@ -80,7 +80,7 @@ def march_kernel(
 ) -> int:  # fmt: skip
     """March until the end, or until a table is full; return why it stopped. May be called again.
 
-    The arguments after `scales` are the fields of `Work`: Numba does not find kernels with a named tuple in its cache.
+    The arguments after `scales` are the fields of `Work`.
     """
     n = w.shape[0]
     y, spare, P = np.empty(n), np.empty(n), np.ones(DENSE_STAGES)
@@ -310,13 +310,6 @@ def work_for(A: asm.Assembly, rows: int = 1024) -> Work:
         np.zeros((POWERS, n)), np.zeros(len(A.loads)), np.zeros((searching.KEPT, octets * LANES)),
         np.zeros(passing.RUN_CARRIED),
     )  # fmt: skip
-
-
-def is_ready(A: asm.Assembly) -> bool:
-    """Return False if marching begins with compiling."""
-    floats, plan, table = np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros((1, 1))
-    work = Work(floats, table, floats, *(table,) * 6, floats, table, floats)
-    return is_compiled(march_kernel, (floats, plan, floats, *work))
 
 
 def start_rates(A: asm.Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:

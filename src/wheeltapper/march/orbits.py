@@ -13,16 +13,16 @@ growth                    a small change of the state is carried along, and scal
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from wheeltapper.march import ensemble, layout
 from wheeltapper.march import events as event
+from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells, end_motions
-from wheeltapper.march.kernel import is_compiled, kernel
+from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
 from wheeltapper.march.roots import evaluate
@@ -528,10 +528,3 @@ def march_from(program: contract.Program, state: FloatArray) -> March:
     many, happened, heights = (int(work[COUNT + at]) for at in (layout.STEPS, layout.EVENTS, layout.PEAKS))
     last = work[STATE : STATE + contract.STEP_COLUMNS].copy()
     return March(status, steps[:many], events[:happened], peaks[:heights], last, contract.NO_STOPS, program.pieces)
-
-
-def is_ready(cells: Cells, many: bool) -> bool:
-    """Return False if marching from section to section begins with compiling; `many`: in lanes, too."""
-    empty: Any = (np.empty((0, 0, STATE_SIZE)), np.empty((0, 0, TOLD)), np.zeros(0, dtype=np.int64))
-    given = cells, np.empty((0, STATE_SIZE)), 0, False, *empty, *_work(), cells.strict
-    return is_compiled(section_kernel, given) and (not many or ensemble.is_ready(cells, False))

@@ -8,7 +8,7 @@ from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import LANES
 from wheeltapper.march.contact_laws import is_lossy, is_plastic, pulls, yield_law
 from wheeltapper.march.crossing import corner_at
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import kernel, shared_kernel
 from wheeltapper.march.plastic_law import stretch_of
 from wheeltapper.march.pressing import contact_forces
 from wheeltapper.march.program import FloatArray, IntArray
@@ -200,7 +200,7 @@ def pass_breaks(t: float, data: FloatArray, plan: IntArray, wheels: FloatArray) 
     return hardest
 
 
-@kernel
+@shared_kernel
 def start_kernel(
     data: FloatArray, plan: IntArray, start: FloatArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray,
     S: FloatArray,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from wheeltapper.march import assembly as asm
 from wheeltapper.march.contact_laws import is_lossy
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import kernel, shared_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rail_motion import free_rails, gather_lags, press_rails
 from wheeltapper.march.wheel_rows import AWAKE
@@ -17,7 +17,7 @@ def contact_forces(t: float, data: FloatArray, plan: IntArray, w: FloatArray, wh
     press_contacts(t, True, data, plan, w, wheels)
 
 
-@kernel
+@shared_kernel
 def press_contacts(
     t: float, rated: bool, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray
 ) -> None:  # fmt: skip

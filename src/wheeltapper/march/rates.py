@@ -10,7 +10,7 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import FLANGE, HALF, LANES, PLACES, TO_RATE
 from wheeltapper.march.columns import add_columns
 from wheeltapper.march.contact_laws import is_lossy
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import kernel, shared_kernel
 from wheeltapper.march.pressing import press_contacts
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rail_motion import write_lag_rates, write_moment_rates
@@ -65,7 +65,7 @@ def body_rates(data: FloatArray, plan: IntArray, w: FloatArray, Q: FloatArray, o
             add_columns(data, force_columns, plan, force_index, plan[spans], plan[spans + 1], Q, out, at + TO_RATE)
 
 
-@kernel
+@shared_kernel
 def rates(
     t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray,
     out: FloatArray, rated: bool,

@@ -79,11 +79,6 @@ def _module(task: OverMarks) -> Any:
     return rails_march
 
 
-def is_ready(task: OverMarks) -> bool:
-    """Return False if marching begins with compiling."""
-    return bool(_module(task).is_ready(task.program))
-
-
 def march(task: OverMarks, tell: Any) -> Any:
     """March a vehicle, and lay its marks on the way."""
     return _module(task).march(task.program, tell, task.memory)

@@ -380,8 +380,9 @@ def works(A: asm.Assembly, march: MultibodyMarch, damping: FloatArray, places: I
     count = len(march.steps)
     done, impulses = np.zeros((count, POWERS_KEPT)), np.zeros((count, work.wheels.shape[0] * LANES))
     contacts, elements = np.zeros((count, 2)), np.zeros((count, 2))
+    steps, states = np.ascontiguousarray(march.steps), np.ascontiguousarray(march.states)  # also of every 16th step
     energy_kernel(
-        *asm.flattened_assembly(A), A.start, march.steps, march.states, rails.ends, rails.free, rails.local,
+        *asm.flattened_assembly(A), A.start, steps, states, rails.ends, rails.free, rails.local,
         rails.answers, damping, places, 0.5 * (nodes + 1.0), 0.5 * weights, work.wheels, work.pieces, work.Q, done,
         impulses, contacts, elements, A.scales, whole_steps.packed_nodes(_nodes_of(A)),
     )  # fmt: skip

@@ -345,11 +345,6 @@ def march(program: Program | Wagons | Task, tell: Tell = report_nothing) -> Any:
     return _kernel_module(program).march(program, tell)
 
 
-def is_ready(program: Program | Wagons | Task) -> bool:
-    """Return False where marching a program begins with compiling."""
-    return bool(_kernel_module(program).is_ready(program))
-
-
 def _dense_column_count(program: Program) -> int:
     """Return how many columns the dense output of a program has."""
     from wheeltapper.march import dense
@@ -410,29 +405,6 @@ def works(program: Assembly, found: MultibodyMarch, damping: FloatArray, places:
 def _without_rails(program: Any) -> Any:
     """Return the vehicle of a program for vehicles on rails, and any other program as it is."""
     return getattr(program, "assembly", program)
-
-
-def balance_is_ready(program: Program | Assembly | Task) -> bool:
-    """Return False where checking the energy of a program's march begins with compiling."""
-    program = _without_rails(program)
-    if isinstance(program, Task):
-        return True
-    from wheeltapper.march.kernel import is_compiled
-
-    if isinstance(program, Assembly):
-        from wheeltapper.march.replay import energy_kernel
-
-        floats, plan, table = np.empty(1), np.empty(1, dtype=np.int64), np.empty((4, 4))
-        some = table[::2]  # of the steps and states
-        rails, rule = (0.0, table, table, table), (table, plan, floats, floats)
-        return is_compiled(
-            energy_kernel,
-            (floats, plan, floats, some, some, *rails, *rule, table, floats, floats, table, table, table),
-        )
-    from wheeltapper.march.balance import balance_kernel
-
-    tables = np.empty((1, 1)), np.empty(1), np.empty(1)
-    return is_compiled(balance_kernel, (program.pieces, program.numbers, *program.law_and_damper, *tables))
 
 
 def balance(program: Program, pieces: FloatArray, steps: FloatArray, after: FloatArray, sums: FloatArray) -> None:
@@ -527,13 +499,6 @@ def rail_tangents(found: Marched, turns: list[SystemTurn]) -> RailTangents:
     return tangents(found.found, turns)
 
 
-def rail_tangents_are_ready(found: Marched) -> bool:
-    """Return False where finding them begins with compiling."""
-    from wheeltapper.march.general.gradients import is_ready
-
-    return is_ready(found.found)
-
-
 def rail_impulse_rates(found: Marched, rates: RailTangents, contact: int) -> FloatArray:
     """Return the derivatives of the impulses of a contact from each impact to the next loss, (impacts, directions)."""
     from wheeltapper.march.general.gradients import impulse_rates
@@ -573,13 +538,6 @@ def march_cells(
     march_all(cells, threads, read, tally)
 
 
-def cells_are_ready(cells: ensemble.Cells, tally: bool) -> bool:
-    """Return False where marching these cells begins with compiling."""
-    from wheeltapper.march.ensemble import is_ready
-
-    return is_ready(cells, tally)
-
-
 def tangents(
     cells: ensemble.Cells, turns: gradients.CellTangents, threads: int,
     read: Callable[[slice, ensemble.Marched, gradients.Tangents], None], tally: bool = False,
@@ -588,13 +546,6 @@ def tangents(
     from wheeltapper.march.gradients import march_all
 
     march_all(cells, turns, threads, read, tally)
-
-
-def tangents_are_ready(cells: ensemble.Cells, turns: gradients.CellTangents, tally: bool) -> bool:
-    """Return False where marching these cells with their derivatives begins with compiling."""
-    from wheeltapper.march.gradients import is_ready
-
-    return is_ready(cells, turns, tally)
 
 
 def sample_tangents(
@@ -611,13 +562,6 @@ def margins(cells: ensemble.Cells, losses: int, threads: int) -> FloatArray:
     from wheeltapper.march.margin import margins_of
 
     return margins_of(cells, losses, threads)
-
-
-def margins_are_ready(cells: ensemble.Cells) -> bool:
-    """Return False where finding margins begins with compiling."""
-    from wheeltapper.march.margin import is_ready
-
-    return is_ready(cells)
 
 
 def march_tasks(
@@ -651,14 +595,6 @@ def margins_on_rails(tasks: Sequence[Task], losses: int, threads: int) -> FloatA
     return margins_of(tasks, losses, threads)
 
 
-def tasks_are_ready(task: Task, alone: bool) -> bool:
-    """Return False where marching cells like this one, each `alone` or in step, begins with compiling."""
-    from wheeltapper.march.general import ensemble
-    from wheeltapper.march.general import task as single
-
-    return single.is_ready(task) if alone else ensemble.is_ready(task)
-
-
 # -- from section to section of a periodic path -----------------------------------------------------------------------
 
 
@@ -670,13 +606,6 @@ def sections(
     from wheeltapper.march import orbits
 
     return orbits.sections(cells, states, skip, keep, threads, chained, count)
-
-
-def sections_are_ready(cells: ensemble.Cells, many: bool) -> bool:
-    """Return False where marching from section to section, of `many` cells in lanes, begins with compiling."""
-    from wheeltapper.march import orbits
-
-    return orbits.is_ready(cells, many)
 
 
 def capture(

@@ -43,7 +43,7 @@ from wheeltapper.march import events as event
 from wheeltapper.march import program as contract
 from wheeltapper.march.damper_hold import bush_rate, carry_end, damper_pull, held_contact_reach, held_flight_reach
 from wheeltapper.march.flight import bonded_series, flight_series
-from wheeltapper.march.kernel import is_compiled, kernel
+from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import COUNT, FLIGHT_ORDER, MARK, STATE, N, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
@@ -386,12 +386,6 @@ def _arguments(program: contract.Program, tables: _Tables, room: FloatArray, wor
     strict = True if program.numbers[contract.ORDER] == contract.STRICT_ORDER else None
     tables = tables._replace(steps=room)
     return tables.pieces, program.numbers, *program.law_and_damper, *tables[:-1], work, strict
-
-
-def is_ready(program: contract.Program) -> bool:
-    """Return False where marching this program begins with compiling its kernel."""
-    tables = _Tables.empty_tables(program)
-    return is_compiled(march_kernel, _arguments(program, tables, tables.steps, np.zeros(layout.SCRATCH)))
 
 
 def march(program: contract.Program, tell: telling.Tell = telling.report_nothing) -> March:

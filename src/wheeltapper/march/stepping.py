@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import shared_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rates import rates
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, STAGES, C, combine, combine_dense, finish, powers
@@ -11,7 +11,7 @@ FIRST_STAGE = 0
 """The stage whose rates are those at the step's start; STAGES has those at its end."""
 
 
-@kernel
+@shared_kernel
 def make_step(
     t: float, h: float, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray, wheels: FloatArray,
     pieces: FloatArray, Q: FloatArray, K: FloatArray, P: FloatArray,
@@ -23,7 +23,7 @@ def make_step(
     finish(h, P, K, w, y)
 
 
-@kernel
+@shared_kernel
 def dense_step(
     t: float, h: float, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray, wheels: FloatArray,
     pieces: FloatArray, Q: FloatArray, K: FloatArray, P: FloatArray, F: FloatArray, spare: FloatArray,

@@ -17,15 +17,15 @@ from wheeltapper.lower.section import Section, moving_fields
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario, check_method
-from wheeltapper.record.simulate import say_that_it_compiles, warn_of
+from wheeltapper.record.simulate import warn_of
 
 FloatArray = NDArray[np.float64]
 START = {"displacement": "m", "velocity": "m/s", "deck_displacement": "m", "deck_velocity": "m/s"}
 """Entries of a state at a section, with their units; the last two only where there is a deck."""
 
 
-def section_of(scenario: Scenario | str | Path, method: str = "default", many: bool = False) -> Section:
-    """Return a scenario, lowered from section to section; say so if a march of it, or of `many`, begins with compiling.
+def section_of(scenario: Scenario | str | Path, method: str = "default") -> Section:
+    """Return a scenario, lowered from section to section.
 
     Raises
     ------
@@ -37,8 +37,6 @@ def section_of(scenario: Scenario | str | Path, method: str = "default", many: b
     run.choose(run.ORBITS, scenario.needs)
     section = Section(scenario, method)
     warn_of(section.notes)
-    if not run.sections_are_ready(section.cells({}).cells, many):
-        say_that_it_compiles("the orbits")
     return section
 
 

@@ -260,7 +260,7 @@ def fates(
     """
     settle = as_count(settle, "settle")
     scenario, axes = axes_of(as_scenario(scenario), over)
-    section = section_of(scenario, method, many=True)
+    section = section_of(scenario, method)
     if is_undamped(section):
         raise InputError("", "vehicle.damping", "0 N s/m, with which no motion settles", "more; `find` takes it")
     shape, changed = all_cells(axes)

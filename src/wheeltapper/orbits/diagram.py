@@ -88,7 +88,7 @@ def returns(
     if carry is not None:
         check_choice(carry, "carry", ("up", "down"))
     scenario, axes = axes_of(as_scenario(scenario), over)
-    section = section_of(scenario, method, many=True)
+    section = section_of(scenario, method)
     shape, changed = all_cells(axes)
     total = int(np.prod(shape))
     check_room("over", f"{total:.4g} cells with {keep} states", 96.0 * total * keep, "fewer cells or states")

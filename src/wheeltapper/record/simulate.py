@@ -14,7 +14,7 @@ from typing import Literal, TypeVar, overload
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.notes import Note
-from wheeltapper.ground.progress import Progress, progress_shown, report, reporting, say
+from wheeltapper.ground.progress import Progress, progress_shown, report, reporting, sayer
 from wheeltapper.march import run
 from wheeltapper.march.blocks import algebra_on_one_thread, core_count
 from wheeltapper.record import balanced
@@ -30,16 +30,6 @@ R = TypeVar("R")
 
 class ModelWarning(UserWarning):
     """The scenario is valid, but its result may not mean what the user expects."""
-
-
-_compiled: set[str] = set()
-
-
-def say_that_it_compiles(what: str = "the kernels") -> None:
-    """Tell the user once per kernel that it is being compiled, which takes some seconds."""
-    if what not in _compiled:
-        _compiled.add(what)
-        say(f"compiling {what} for this machine, once; this takes some seconds")
 
 
 def warn_caller(text: str) -> None:
@@ -122,14 +112,14 @@ def side_by_side(work: Callable[[T], R], over: Iterable[T], threads: int, tell: 
 
     `tell` is called after each.
     """
-    stop = Event()
+    stop, say_line = Event(), sayer()
 
     def raise_if_stopped(*_: object) -> None:
         if stop.is_set():
             raise _StoppedError
 
     def do_one(of: T) -> R:
-        with reporting(raise_if_stopped):
+        with reporting(raise_if_stopped, say_line):
             return work(of)
 
     with algebra_on_one_thread(), ThreadPoolExecutor(threads) as pool:
@@ -154,18 +144,15 @@ def simulated_scenario(
 ) -> Record:
     """Simulate a scenario; what `say_notes` is told, and more, are the record's notes."""
     scenario.check_extent()
-    marcher, kind = run.choose(run.SIMULATE, scenario.needs), kind_of(scenario)
+    run.choose(run.SIMULATE, scenario.needs)
+    kind = kind_of(scenario)
     report("lowering", 0.0, 0.0)
     lowered = kind.lower(scenario, method)
     say_notes(lowered.notes)
     tell = kind.teller(scenario, lowered)
-    if not run.is_ready(lowered.program):
-        say_that_it_compiles(marcher.name)
     march = run.march(lowered.program, tell)
     beyond = kind.beyond(scenario, lowered, march)
     say_notes(beyond)
-    if not run.balance_is_ready(lowered.program):
-        say_that_it_compiles("the energy's check")
     status, missing = balanced.judged_balance(march.status, kind.missing_part(scenario, lowered, march))
     record = Record(scenario, method, lowered, march._replace(status=status))
     record.notes = (*lowered.notes, *beyond, *missing)

@@ -218,7 +218,7 @@ def cells_kernel(step: int, last: int, impact: int, loss: int, track: Tables, ki
             )  # fmt: skip
             here = Data(
                 data.macro, data.part, data.places, data.matrix, data.pieces, lanes.ends[w], lanes.laws[w], data.table,
-                lanes.starts[w], lanes.settings[w], data.careful,
+                lanes.starts[w], lanes.settings[w],
             )  # fmt: skip
             motion = Motion(
                 lanes.modes[w], bodies, lanes.contacts[w], lanes.guess[w], lanes.forces[w], lanes.trend[w]

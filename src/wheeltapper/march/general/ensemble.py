@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextvars import copy_context
 from itertools import zip_longest
 from math import ceil
 from threading import Event, Lock
@@ -22,13 +23,11 @@ from wheeltapper.march.general import tables as tabulation
 from wheeltapper.march.general.basis import flight_nodes, gauss_nodes
 from wheeltapper.march.general.cells import Kinds, Lanes, Own, cells_kernel
 from wheeltapper.march.general.contract import Contact, System, Task
-from wheeltapper.march.general.eventful import EVENTFUL
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.march import Found, Rest
 from wheeltapper.march.general.modal import TOGETHER
 from wheeltapper.march.general.records import Data, Logs, Room, Stage, Tables
 from wheeltapper.march.general.structure import ComplexArray
-from wheeltapper.march.kernel import is_compiled
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.telling import GENERAL_CHUNK
 
@@ -161,7 +160,8 @@ def on_threads(works: Sequence[Work], threads: int, one: Callable[[Work, Callabl
             return
         with ThreadPoolExecutor(threads) as pool:
             try:
-                for done in as_completed([pool.submit(one, work, stop.is_set) for work in works]):
+                begun = [pool.submit(copy_context().run, one, work, stop.is_set) for work in works]
+                for done in as_completed(begun):
                     done.result()
             finally:
                 stop.set()
@@ -315,7 +315,7 @@ class _Block:
         lanes, kinds, logs, step = self.lanes, self._kinds(), self._logs(), 0
         data = Data(
             *self.nodes, self.paths.rows, lanes.ends[0], lanes.laws[0], self.law_tables.rows, lanes.starts[0],
-            lanes.settings[0], EVENTFUL.address,
+            lanes.settings[0],
         )  # fmt: skip
         stage, room, own = self._rooms()
         events, peaks = [], []
@@ -452,21 +452,3 @@ def march_alone(tasks: Sequence[Task], threads: int, read: Callable[[int, Found]
                 )
 
     on_threads(works_of(tasks, threads), threads, march_work)
-
-
-def is_ready(task: Task) -> bool:
-    """Return False where marching cells like this one begins with compiling."""
-    system = task.system
-    small = system._replace(ring=None, contacts=system.contacts[:1], bodies=general.one_body())
-    block = _Block([task._replace(system=small)], SharedTrack([task._replace(system=small)], 1).__enter__())
-    tables: Any = block.shared.tables
-    names = "reads", "writes", "fixed_reads", "fixed_writes"
-    if task.method.single and system.ring is not None and len(system.ring.rates) > tabulation.FEW_MODES:
-        tables = tables._replace(**{name: getattr(tables, name).astype(np.float32) for name in names})
-    lanes, (stage, room, own) = block.lanes, block._rooms()
-    data = Data(
-        *block.nodes, block.paths.rows, lanes.ends[0], lanes.laws[0], block.law_tables.rows, lanes.starts[0],
-        lanes.settings[0],
-    )  # fmt: skip
-    arguments = 0, 1, 0, 0, tables, block._kinds(), lanes, data, stage, block._logs(), room, own
-    return EVENTFUL.is_compiled() and is_compiled(cells_kernel, arguments)

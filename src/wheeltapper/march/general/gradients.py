@@ -18,7 +18,6 @@ from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.march import Found, order_of, room_of
 from wheeltapper.march.general.records import Motion
 from wheeltapper.march.general.replay import Rows, pace_at, rows_of
-from wheeltapper.march.kernel import is_compiled
 from wheeltapper.march.program import FloatArray, IntArray
 
 AT_PART_START = 1e-9
@@ -184,11 +183,6 @@ def tangent_arguments(found: Found, turns: list[turned.SystemTurn]) -> tuple[Any
         prepared.tables, _turns(found, all_of), prepared.data, logs, motion, state, *_scratch(found, columns), told,
         room_of(states),
     )  # fmt: skip
-
-
-def is_ready(found: Found) -> bool:
-    """Return False where finding derivatives of a march begins with compiling."""
-    return is_compiled(tangent.tangent_kernel, tangent_arguments(found, []))
 
 
 def tangents(found: Found, turns: list[turned.SystemTurn]) -> Tangents:

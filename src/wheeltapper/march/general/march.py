@@ -16,7 +16,6 @@ from wheeltapper.march.general.basis import FLIGHT_DEGREE, flight_nodes, gauss_n
 from wheeltapper.march.general.borders import NOWHERE
 from wheeltapper.march.general.contract import DEFAULT, Bodies, Contact, Law, Memory, Method, System, Task
 from wheeltapper.march.general.crossings import DEEPEST
-from wheeltapper.march.general.eventful import EVENTFUL
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.laws.corners import STRETCH_BEGIN, STRETCH_FORCE, STRETCH_PLACE, STRETCH_SLOPE
 from wheeltapper.march.general.laws.free_play import PLAY_START
@@ -24,7 +23,6 @@ from wheeltapper.march.general.paths import enter_next_piece, height_and_slope, 
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
 from wheeltapper.march.general.stepping import MODES_EVERY, march_kernel
 from wheeltapper.march.general.structure import ComplexArray, Ring
-from wheeltapper.march.kernel import is_compiled
 from wheeltapper.march.law_columns import PLASTIC_ONSET
 from wheeltapper.march.plastic_law import stretch_of
 from wheeltapper.march.program import FloatArray, IntArray
@@ -797,7 +795,6 @@ def run(
     contacts, q = len(prepared.data.starts), prepared.method.nodes
     stage = stage_of(contacts, q, motion.modes.shape[1])
     room = room_of(len(motion.bodies))
-    data = prepared.data._replace(careful=EVENTFUL.address)
     done, status = 0, numbers.RUNNING
     kept: list[Logs] = []
     while done < total and status in (numbers.RUNNING, numbers.FULL):
@@ -805,12 +802,12 @@ def run(
         if prepared.stretches:
             stretch = int(prepared.stretch_at(np.array(done)))
             if done and done == prepared.stretches[stretch].first:
-                passed = _pass_change(prepared._replace(data=data), stretch, motion)
+                passed = _pass_change(prepared, stretch, motion)
                 kept[-1] = kept[-1]._replace(events=np.vstack([kept[-1].events, passed]))
             tables = prepared.stretches[stretch].tables
             until = min([until, *(one.first for one in prepared.stretches[stretch + 1 : stretch + 2])])
         logs = _logs(prepared, until - done)
-        status = march_kernel(done, until, tables, data, motion, stage, logs, room)
+        status = march_kernel(done, until, tables, prepared.data, motion, stage, logs, room)
         kept.append(_used(logs, done))
         done = int(logs.used[layout.LOGGED_STEPS])
         if tell(float(grid.times(np.array(done)))) and done < total:
@@ -819,7 +816,6 @@ def run(
         if marking is not None and done < total and status in (numbers.RUNNING, numbers.FULL):
             marking.press(_found(prepared, numbers.RUNNING, done, np.inf, _joined(kept)))
             prepared = _over(prepared, marking.pieces(), motion, done)
-            data = prepared.data._replace(careful=EVENTFUL.address)
     return _found(prepared, numbers.DONE if done >= total else int(status), done, duration, _joined(kept))
 
 
@@ -883,26 +879,6 @@ def _over(prepared: Prepared, pieces: list[FloatArray], motion: Motion, done: in
         else:
             state[layout.PIECE_NOW] += own - prepared.data.ends[i, layout.TABLE_BEGIN]
     return prepared._replace(system=system, data=prepared.data._replace(pieces=table, ends=ends))
-
-
-def one_body() -> Bodies:
-    """Return the smallest vehicle: one mass under one load."""
-    one = np.ones((1, 1))
-    return Bodies(one, 0.0 * one, 0.0 * one, one, np.ones(1))
-
-
-def is_ready(method: Method, modes: bool = True) -> bool:
-    """Return False where a march begins with compiling its kernel; `modes`: on a track of more than a few modes."""
-    level = np.zeros((1, numbers.PIECE_COLUMNS))
-    level[0, [numbers.START, numbers.STOP, numbers.SCALE, numbers.FACTOR_DEGREE]] = -np.inf, np.inf, 1.0, -1.0
-    contact = Contact(level, Law(switch.HERTZ, np.ones(1)))
-    small = prepare(System(one_body(), (contact,), 1.0), method)
-    tables: Any = small.tables
-    if method.single and modes:
-        names = "reads", "writes", "fixed_reads", "fixed_writes"
-        tables = tables._replace(**{name: getattr(tables, name).astype(np.float32) for name in names})
-    motion, stage, room, logs = small.motion, stage_of(1, method.nodes, 0), room_of(3), _logs(small, 1)
-    return EVENTFUL.is_compiled() and is_compiled(march_kernel, (0, 1, tables, small.data, motion, stage, logs, room))
 
 
 def _used(logs: Logs, first: int) -> Logs:

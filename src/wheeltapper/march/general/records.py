@@ -190,8 +190,6 @@ class Data(NamedTuple):
         Position of each contact in its table at time zero, m.
     settings
         Tolerances, units and speed (layout.py).
-    careful
-        Address of the kernel `eventful`, while one marches.
     """
 
     macro: Nodes
@@ -204,7 +202,6 @@ class Data(NamedTuple):
     table: FloatArray
     starts: FloatArray
     settings: FloatArray
-    careful: int = 0
 
 
 class Motion(NamedTuple):

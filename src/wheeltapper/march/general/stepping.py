@@ -17,7 +17,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.careful import EVENTS_NOW, ROWS_NOW
-from wheeltapper.march.general.eventful import eventful_at
+from wheeltapper.march.general.eventful import eventful
 from wheeltapper.march.general.layout import BEGIN, IM, IMPACT_AT, LOSS_AT, RE
 from wheeltapper.march.general.maxima import follow_row
 from wheeltapper.march.general.modal import add_turned_back, read_modes, turn, turned, write_modes
@@ -182,8 +182,8 @@ def _solve(step: int, i: int, p: int, begin: int, shared: bool, tables: Tables, 
                 for m in range(q):
                     stage.shares[i, k, m] = data.macro.integrals[k, m] * room.N[m]
     else:
-        status = eventful_at(
-            data.careful, step, i, data.part, data.macro, shared, data.places, data.matrix, data.settings, site, room,
+        status = eventful(
+            step, i, data.part, data.macro, shared, data.places, data.matrix, data.settings, site, room,
             stage.rows[i], stage.events[i], counts, stage.sums,
         )  # fmt: skip
         if status != contract.RUNNING:

@@ -12,7 +12,6 @@ from wheeltapper.march.general import march as general
 from wheeltapper.march.general.contract import Task
 from wheeltapper.march.general.integrals import impulses
 from wheeltapper.march.general.march import Found
-from wheeltapper.march.general.tables import FEW_MODES
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.telling import Tell, report_nothing
 
@@ -59,12 +58,6 @@ class Marched(NamedTuple):
 def march(task: Task, tell: Tell = report_nothing) -> Marched:
     """March a task."""
     return marched_of(task, general.march_task(task, tell))
-
-
-def is_ready(task: Task) -> bool:
-    """Return False where marching a task begins with compiling."""
-    ring = task.system.ring
-    return general.is_ready(task.method, ring is not None and len(ring.rates) > FEW_MODES)
 
 
 def marched_of(task: Task, found: Found) -> Marched:

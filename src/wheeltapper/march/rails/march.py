@@ -22,7 +22,6 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march import maxima_followed, multibody, passing, searching, telling, whole_steps
 from wheeltapper.march.assembly import HALF, LANES, Assembly
 from wheeltapper.march.contact_laws import is_lossy, is_plastic
-from wheeltapper.march.general.by_address import ByAddress
 from wheeltapper.march.general.layout import IM, RE
 from wheeltapper.march.general.modal import turn
 from wheeltapper.march.general.structure import ComplexArray
@@ -73,12 +72,6 @@ class OnRails(NamedTuple):
     sinking: FloatArray
 
 
-def _example() -> tuple[object, ...]:
-    floats, plan, table = np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros((1, 1))
-    work = multibody.Work(floats, table, floats, *(table,) * 6, floats, table, floats)
-    return (floats, plan, floats, *work)
-
-
 LEFT, RIGHT = range(2)
 MADE, WAITS, PAUSE, FRESH = range(4)
 """Entries of `made`."""
@@ -86,14 +79,11 @@ LONGEST_PAUSE = 32
 """Most macro steps that are not tried at once after failures that follow each other."""
 PEAKS_AT_ONCE = 8.0
 """Maxima of a force for which there is room in a macro step."""
-MARCH = ByAddress(multibody.march_kernel, _example)
-march_at = MARCH.call
-"""The march between the macro steps' ends, the same machine code as on a stiff track."""
 
 
 @kernel
 def rails_kernel(
-    address: int, end: float, ends: FloatArray, which: IntArray, reads: FloatArray, writes: FloatArray, first: IntArray,
+    end: float, ends: FloatArray, which: IntArray, reads: FloatArray, writes: FloatArray, first: IntArray,
     decay: FloatArray, bays: FloatArray, fixed_reads: FloatArray, fixed_writes: FloatArray, modes: FloatArray,
     reads_2: FloatArray, writes_2: FloatArray, first_2: IntArray, decay_2: FloatArray, bays_2: FloatArray,
     fixed_reads_2: FloatArray, fixed_writes_2: FloatArray, modes_2: FloatArray, sets: IntArray, phase: IntArray,
@@ -166,8 +156,8 @@ def rails_kernel(
                 _meet_rails(now, data, plan, w, wheels, events, S)
                 made[FRESH] = 1
             maxima_followed.end_following(now, wheels, tracked, peaks, S)
-            status = march_at(
-                address, data, plan, scales, w, wheels, pieces, steps, states, events, peaks, K, F, Q, kept, S
+            status = multibody.march_kernel(
+                data, plan, scales, w, wheels, pieces, steps, states, events, peaks, K, F, Q, kept, S
             )  # fmt: skip
             if status != DONE or S[passing.RUN_TIME] >= end:
                 return status
@@ -249,11 +239,6 @@ def _meet_rails(
     S[passing.ANEW] = 1.0
 
 
-def is_ready(task: OnRails) -> bool:
-    """Return False if marching begins with compiling."""
-    return MARCH.is_compiled()
-
-
 MACRO_STEPS = 4096
 """Macro steps for which there is room at first."""
 
@@ -280,7 +265,7 @@ def march(
     while True:
         room = work.steps[: int(work.S[passing.RUN_STEPS]) + telling.WAGON_CHUNK]
         status = rails_kernel(
-            MARCH.address, laying.until, grid.ends, grid.which, *one, modes[TOGETHER], *other, modes[AGAINST],
+            laying.until, grid.ends, grid.which, *one, modes[TOGETHER], *other, modes[AGAINST],
             tables.sets, tables.phase, tables.bay, tables.local, tables.answers, ways_of(task.sinking), units.length,
             units.force, free, made, *flat, scales, *work._replace(steps=room), tables.solid, gauss, tracked,
         )  # fmt: skip

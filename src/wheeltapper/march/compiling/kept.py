@@ -1,0 +1,52 @@
+"""What is kept of compiled kernels, for those who look after it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from wheeltapper.march.compiling.store import remove, root, store_of
+
+MARCHES = {"wheel": "wheels, bogies' wheels and wagons", "general": "rails, decks and laws", "rails": "wagons on rails"}
+
+
+class Kept(NamedTuple):
+    """What was compiled from one state of a march's sources.
+
+    Attributes
+    ----------
+    folder
+        Where it lies.
+    march
+        Whose kernels they are.
+    is_current
+        Whether the sources are those of this package.
+    kernels, size
+        How many, and how much, bytes.
+    """
+
+    folder: Path
+    march: str
+    is_current: bool
+    kernels: int
+    size: int
+
+
+def kept() -> list[Kept]:
+    """Return what is kept, by march, with that of the present sources first."""
+    found = []
+    for march in MARCHES:
+        current = store_of(march).folder
+        for folder in sorted(root().glob(f"{march}-*"), key=lambda one: (one != current, one.name)):
+            files = [path for path in folder.iterdir() if path.is_file()]
+            size = sum(path.stat().st_size for path in files)
+            found.append(Kept(folder, march, folder == current, sum(path.suffix == ".code" for path in files), size))
+    return found
+
+
+def empty() -> list[Kept]:
+    """Remove all that is kept, and return what it was."""
+    found = kept()
+    for one in found:
+        remove(one.folder)
+    return found
