@@ -180,8 +180,8 @@ def step_of(which: str, rounds: int) -> Step:
     code = machine_code(anew, "void(float64[::1])")
     L = lanes_in_contact(1.3 if which == "sinusoid" else 0.0)
     start = L[:LANE_K].copy()  # time and motion, which a step moves on
-    repeat(kernel, 1, L, start)
-    took = shortest(lambda: repeat(kernel, REPEATS, L, start), rounds) / REPEATS
+    repeat(anew, 1, L, start)
+    took = shortest(lambda: repeat(anew, REPEATS, L, start), rounds) / REPEATS
     return Step(code, code.operations * (LANES // code.width if code.loops else 1), took)
 
 

@@ -279,6 +279,59 @@ def test_whatever_was_compiled_is_found_again_by_another_process():
     assert asked > 5
 
 
+TINY = """
+from wheeltapper.march.kernel import kernel, shared_kernel
+
+@kernel
+def unit(x):
+    return 1.0 + 0.0 * x
+
+@shared_kernel
+def inner(x):
+    return 2.0 * x
+
+@kernel
+def between(x):
+    return inner(x) + unit(x)
+
+@kernel
+def outer(x):
+    return between(x) * inner(1.0)
+"""
+CALL_TINY = """
+import json, sys
+from wheeltapper.march import tiny
+if "first" in sys.argv:
+    assert tiny.unit(0.0) == 1.0
+names = {}
+found = tiny.outer(3.0)
+(symbol,) = [one.library.itself.symbol for one in tiny.inner.overloads.values()]
+(outer,) = tiny.outer.overloads.values()
+defined = {one.name for one in outer.library._shared_module.functions} if outer.library._shared_module else set()
+print(json.dumps([found, symbol, symbol in defined]))
+"""
+"""A kernel that calls a shared one, by itself and by way of a part."""
+
+
+@pytest.mark.slow
+def test_a_shared_kernel_has_one_copy_and_who_calls_another_one_is_compiled_again(tmp_path):
+    shutil.copytree(PACKAGE, tmp_path / "wheeltapper", ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "wheeltapper" / "march" / "tiny.py").write_text(TINY)
+    place = {"PYTHONPATH": str(tmp_path), "WHEELTAPPER_CACHE": str(tmp_path / "cache")}
+    told = "wheeltapper: compiling tiny.{} for this machine, once\n"
+    first, said = answer(script=CALL_TINY, **place)
+    assert said == told.format("outer")
+    assert first[::2] == [14.0, False]
+    assert answer(script=CALL_TINY, **place) == (first, "")
+    for file in (tmp_path / "cache").rglob("tiny.inner.*.code"):
+        file.unlink()
+    again, said = answer("first", script=CALL_TINY, **place)  # where the shared one has another symbol
+    assert again[0] == 14.0
+    assert again[1] != first[1]
+    assert said == told.format("unit") + told.format("inner") + told.format("outer")
+    assert answer(script=CALL_TINY, **place) == (again, "")
+
+
 UNTOUCHED = """
 import json, sys
 import numba
