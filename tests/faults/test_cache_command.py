@@ -19,11 +19,14 @@ def test_what_is_kept_is_shown_and_removed(folder, capsys):
     assert main(["cache"]) == 0
     assert capsys.readouterr().out == f"compiled kernels in {folder}\n  none\n"
     current = store.store_of("wheel").folder
-    for place, files in ((current, ("a.1.code", "b.2.part", ".a.1.lock")), (folder / "general-0-x", ("c.1.code",))):
+    for place, files in (
+        (current, ("a.1.code", "b.2.part", ".a.1.lock")),
+        (folder / f"general-{0:020d}-x", ("c.1.code",)),
+    ):
         place.mkdir()
         for name in files:
             (place / name).write_bytes(bytes(2**19))
-    (folder / "mine.txt").write_text("not a kernel")
+    (folder / "rails-photos").mkdir()
     shown = [
         f"compiled kernels in {folder}",
         f"  {kept.MARCHES['wheel']}: 1 kernels, 1.5 MB",
@@ -33,11 +36,11 @@ def test_what_is_kept_is_shown_and_removed(folder, capsys):
     assert capsys.readouterr().out.splitlines() == shown
     assert main(["cache", "--empty"]) == 0
     assert capsys.readouterr().out.splitlines() == [shown[0], f"{shown[1]}, removed", f"{shown[2]}, removed"]
-    assert [path.name for path in folder.iterdir()] == ["mine.txt"]
+    assert [path.name for path in folder.iterdir()] == ["rails-photos"]
 
 
 def test_what_cannot_be_removed_is_said(folder, capsys, monkeypatch):
-    (folder / "wheel-0-x").mkdir()
+    (folder / f"wheel-{0:020d}-x").mkdir()
 
     def refuse(self, target):
         raise PermissionError(13, "Permission denied")

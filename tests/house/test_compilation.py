@@ -301,13 +301,14 @@ def outer(x):
 CALL_TINY = """
 import json, sys
 from wheeltapper.march import tiny
+from wheeltapper.march.compiling.pipeline import code_of
 if "first" in sys.argv:
     assert tiny.unit(0.0) == 1.0
 names = {}
 found = tiny.outer(3.0)
-(symbol,) = [one.library.itself.symbol for one in tiny.inner.overloads.values()]
-(outer,) = tiny.outer.overloads.values()
-defined = {one.name for one in outer.library._shared_module.functions} if outer.library._shared_module else set()
+inner, outer = (code_of(*one.overloads.values()) for one in (tiny.inner, tiny.outer))
+symbol = inner.itself.symbol
+defined = {one.name for one in outer._shared_module.functions} if outer._shared_module else set()
 print(json.dumps([found, symbol, symbol in defined]))
 """
 """A kernel that calls a shared one, by itself and by way of a part."""
@@ -478,19 +479,19 @@ def test_who_listens_may_end_the_work_after_a_compilation(at_pace, tmp_path):
     assert done == [1]
 
 
-def test_old_sources_kernels_are_removed_and_the_last_ones_kept(tmp_path):
+def test_old_sources_kernels_are_removed_and_the_last_ones_kept_with_all_that_is_not_ours(tmp_path, monkeypatch):
+    monkeypatch.setenv("WHEELTAPPER_CACHE", str(tmp_path))
     for age in range(6):
         for march in ("wheel", "general"):
-            folder = tmp_path / f"{march}-{age}-cpython"
-            folder.mkdir()
-            (folder / "a.code").write_bytes(b"1")
-            os.utime(folder, (time.time() - 1000 * age,) * 2)
-    (tmp_path / ".removed-1").mkdir()
-    os.utime(tmp_path / "general-1-cpython", (0, 0))
-    store.clean(tmp_path, "wheel")
-    assert sorted(path.name for path in tmp_path.glob("wheel-*")) == [f"wheel-{age}-cpython" for age in range(3)]
+            (tmp_path / f"{march}-{age:020d}-cpython").mkdir()
+            os.utime(tmp_path / f"{march}-{age:020d}-cpython", (time.time() - 1000 * age,) * 2)
+    os.utime(tmp_path / f"general-{1:020d}-cpython", (0, 0))
+    theirs = ["rails-photos", "wheel-drawings-2020", ".removed-mine"]
+    for name in (*theirs, f".removed-{1:032x}"):
+        (tmp_path / name).mkdir()
+        os.utime(tmp_path / name, (0, 0))
+    store.clean("wheel")
     assert len(list(tmp_path.glob("general-*"))) == 6
-    store.clean(tmp_path)
-    assert sorted(path.name for path in tmp_path.glob("*")) == [
-        *(f"general-{age}-cpython" for age in (0, 2, 3)), *(f"wheel-{age}-cpython" for age in range(3)),
-    ]  # fmt: skip
+    store.clean("general")
+    left = {f"wheel-{age:020d}-cpython" for age in range(3)} | {f"general-{age:020d}-cpython" for age in (0, 2, 3)}
+    assert {path.name for path in tmp_path.iterdir()} == left | set(theirs)

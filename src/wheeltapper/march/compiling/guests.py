@@ -20,7 +20,7 @@ from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral
 
 from wheeltapper.march.compiling import telling
-from wheeltapper.march.compiling.pipeline import Library, Pipeline, Shared, is_part, levels
+from wheeltapper.march.compiling.pipeline import Library, Pipeline, Shared, code_of, is_part, levels
 from wheeltapper.march.compiling.sources import FOLDER, march_of
 from wheeltapper.march.compiling.store import store_of
 
@@ -111,13 +111,14 @@ class _Cache:
         if not all(_is_in_memory(one) for one in called):
             return None
         found = compiler.CompileResult._rebuild(_Context(target), *reduced)
-        found.library.called = {one.symbol: one for one in called}
+        code_of(found).called = {one.symbol: one for one in called}
         return found._replace(target_context=target)
 
     def save_overload(self, sig: Any, result: Any) -> None:
         """Keep a kernel, unless addresses of this process are in it."""
-        if not result.library.has_dynamic_globals:
-            kept = tuple(result.library.called.values()), result._reduce()
+        code = code_of(result)
+        if not code.has_dynamic_globals:
+            kept = tuple(code.called.values()), result._reduce()
             self._store.write(self.name(sig, result.codegen), serialize.dumps(kept))
 
 
@@ -126,7 +127,7 @@ def _is_in_memory(called: Shared) -> bool:
     kernel = getattr(import_module(called.module), called.name)
     with for_itself():
         kernel.compile(called.types)
-    return bool(kernel.overloads[called.types].library.itself == called)
+    return code_of(kernel.overloads[called.types]).itself == called
 
 
 class Kernel(CPUDispatcher):  # type: ignore[misc]
@@ -169,10 +170,10 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
             self.overloads[tuple(cres.signature.args)] = cres
             return
         for environment in cres._find_referenced_environments():  # those of its parts, which are nowhere else
-            cres.library.codegen.set_env(environment.env_name, environment)
+            code_of(cres).codegen.set_env(environment.env_name, environment)
         if self.is_shared:
             types, symbol = tuple(cres.signature.args), cres.fndesc.llvm_func_name
-            cres.library.itself = Shared(self.py_func.__module__, self.py_func.__name__, types, symbol)
+            code_of(cres).itself = Shared(self.py_func.__module__, self.py_func.__name__, types, symbol)
         super().add_overload(cres)
 
     def get_overload(self, sig: Any) -> Any:

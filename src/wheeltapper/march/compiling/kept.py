@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from wheeltapper.march.compiling.store import remove, root, store_of
+from wheeltapper.march.compiling.store import folders_of, remove, store_of
 
 MARCHES = {"wheel": "wheels, bogies' wheels and wagons", "general": "rails, decks and laws", "rails": "wagons on rails"}
 
@@ -37,7 +37,7 @@ def kept() -> list[Kept]:
     found = []
     for march in MARCHES:
         current = store_of(march).folder
-        for folder in sorted(root().glob(f"{march}-*"), key=lambda one: (one != current, one.name)):
+        for folder in sorted(folders_of(march), key=lambda one: one != current):
             files = [path for path in folder.iterdir() if path.is_file()]
             size = sum(path.stat().st_size for path in files)
             found.append(Kept(folder, march, folder == current, sum(path.suffix == ".code" for path in files), size))

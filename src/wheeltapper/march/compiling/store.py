@@ -30,6 +30,7 @@ KEPT = 3
 """How many digests of a march's sources are kept: those that were used last."""
 UNUSED = 30.0 * 86400.0
 """Time after which kernels that nobody has used are removed, s."""
+STAMP_DIGITS, HEX = 20, "[0-9a-f]"
 DIGEST = hashlib.sha256().digest_size
 
 
@@ -63,7 +64,7 @@ class Store:
 
     def __init__(self, march: str) -> None:
         self._march = march
-        self.folder = root() / f"{march}-{stamp_of(march)[:20]}-{sys.implementation.cache_tag}"
+        self.folder = root() / f"{march}-{stamp_of(march)[:STAMP_DIGITS]}-{sys.implementation.cache_tag}"
 
     @cached_property
     def _is_sound(self) -> bool:
@@ -84,7 +85,7 @@ class Store:
     def _make(self) -> None:
         self.folder.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         self.folder.mkdir(exist_ok=True, mode=0o700)
-        clean(self.folder.parent, self._march)
+        clean(self._march)
 
     def _file(self, name: str) -> Path:
         return self.folder / name
@@ -140,17 +141,23 @@ def store_of(march: str) -> Store:
     return Store(march)
 
 
-def clean(folder: Path, march: str = "") -> None:
-    """Remove what was compiled from older sources, of one march or of all, and what killed processes left."""
-    found = sorted(folder.glob(f"{march or '*'}-*"), key=lambda path: path.stat().st_mtime, reverse=True)
+def folders_of(march: str) -> list[Path]:
+    """Return the folders of a march's kernels, that used last first; folders of other names are not ours."""
+    found = []
+    for path in root().glob(f"{march}-{HEX * STAMP_DIGITS}-*"):
+        with suppress(OSError):  # another process has removed it
+            found.append((path.stat().st_mtime, path))
+    return [path for _, path in sorted(found, reverse=True)]
+
+
+def clean(march: str) -> None:
+    """Remove what was compiled from older sources of a march, and what killed processes left of a removal."""
     now = time.time()
-    held: dict[str, int] = {}
-    for path in found:
-        of = path.name.partition("-")[0]
-        held[of] = held.get(of, 0) + 1
-        if held[of] > KEPT or now - path.stat().st_mtime > UNUSED:
-            remove(path)
-    for path in folder.glob(".removed-*"):
+    for number, path in enumerate(folders_of(march)):
+        with suppress(OSError):
+            if number >= KEPT or now - path.stat().st_mtime > UNUSED:
+                remove(path)
+    for path in root().glob(f".removed-{HEX * 32}"):
         shutil.rmtree(path, ignore_errors=True)
 
 
