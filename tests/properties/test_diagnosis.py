@@ -2,12 +2,14 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import wheeltapper as wt
 from wheeltapper.diagnosis import CATALOGUE, Condition, Recording, Site, diagnose_all, processes, write_recording
+from wheeltapper.diagnosis.inference.search import misfit
 
 SITE = wt.load("examples/site.toml")
 SHORT = Site.model_validate(SITE.model_dump() | {"passage": SITE.passage.replaced({"duration": 0.2})})
@@ -231,6 +233,16 @@ def test_a_sensor_with_a_filter_is_seen_through(cutoff):
 
 
 @pytest.mark.slow
+def test_a_model_is_not_compared_where_nothing_was_recorded():
+    samples = np.zeros(10)
+    problem = SimpleNamespace(
+        times=np.arange(10.0), samples=samples, there=np.arange(10) < 5, recording=SimpleNamespace(rate=1.0),
+        model_samples=lambda model, last, first: samples[first:last] + 2.0,
+    )  # fmt: skip
+    assert misfit(problem, None, 2.0, 8.0) == 4.0
+    assert misfit(problem, None, 6.0, 8.0, over=2.0) == np.inf
+
+
 def test_a_misfit_of_the_model_is_noise():
     (recording,) = wt.synthesise(SHORT, seed=1)
     ripple = 0.1 * np.sin(2.0 * np.pi * 37.0 * recording.times)

@@ -35,7 +35,8 @@ def departs_at(problem: FitProblem, model: Scenario, since: float) -> float:
 def misfit(problem: FitProblem, model: Scenario, start: float, end: float, over: float = 0.0) -> float:
     """Return the mean squared difference between a model and the recording between two times.
 
-    With `over` the difference is averaged before it is squared, by a Hann window of this length, s.
+    With `over` the difference is averaged before it is squared, by a Hann window of this length, s. Where
+    nothing was recorded between them it is infinite.
     """
     first, last = np.searchsorted(problem.times, [start, end]).tolist()
     last = min(max(last, first + 1), len(problem.times))
@@ -47,7 +48,7 @@ def misfit(problem: FitProblem, model: Scenario, start: float, end: float, over:
     if width > 1:
         window = np.hanning(width + 2)
         off = np.convolve(off, window / window.sum(), mode="valid")
-    return float((off**2).mean())
+    return float((off**2).mean()) if len(off) else np.inf
 
 
 def ranked(
