@@ -4,18 +4,20 @@ import contextlib
 import json
 import os
 import random
+import runpy
 import shutil
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+import llvmlite.binding as llvm
 import numba
 import numpy as np
 import pytest
 
 from wheeltapper.ground.progress import reporting
-from wheeltapper.march.compiling import store, telling
+from wheeltapper.march.compiling import prebuilt, store, telling
 from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.roots import evaluate
 
@@ -357,6 +359,54 @@ after = state()
 changed = [name for name in before if after.get(name) is not before[name]] + sorted(set(after) - set(before))
 print(json.dumps(changed + [str(one) for one in caching.CacheImpl._locator_classes if one not in locators]))
 """
+
+
+@pytest.fixture
+def brought(tmp_path):
+    """Return where a package lies that brings a few kernels for a level, and the environment of its processes."""
+    if not all(map(llvm.get_host_cpu_features().get, prebuilt.V3.split())):
+        pytest.skip("this processor has no level")
+    package = tmp_path / "wheeltapper"
+    shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", "prebuilt"))
+    (package / "march" / "tiny.py").write_text(TINY)
+    place = {"PYTHONPATH": str(tmp_path), "WHEELTAPPER_CACHE": str(tmp_path / "level")}
+    answer("first", script=CALL_TINY, NUMBA_CPU_NAME="x86-64-v3", NUMBA_CPU_FEATURES="", **place)
+    gather = runpy.run_path(str(PACKAGE.parents[1] / "tools" / "prebuild.py"))["gather"]
+    gather(tmp_path / "level", package / "march" / "prebuilt" / "x86-64-v3")
+    return package / "march", place | {"WHEELTAPPER_CACHE": str(tmp_path / "cache")}
+
+
+@pytest.mark.slow
+def test_what_a_package_brings_is_neither_compiled_nor_written(brought):
+    march, place = brought
+    found, said = answer("first", script=CALL_TINY, **place)
+    assert (found[0], said) == (14.0, "")
+    assert not Path(place["WHEELTAPPER_CACHE"]).exists()
+    off, said = answer(script=CALL_TINY, **place, WHEELTAPPER_PREBUILT="off")
+    assert off[0] == 14.0
+    assert "compiling tiny.outer" in said
+    (damaged,) = march.rglob("tiny.outer.*.code")
+    damaged.write_bytes(damaged.read_bytes()[:-1])
+    assert prebuilt.counted(march / "prebuilt")["x86-64-v3"].total() == 2
+    again, said = answer(script=CALL_TINY, **place)
+    assert again == found  # of the shared kernel it brings, not of that which was compiled
+    assert said.count("\n") == 1
+    assert "compiling tiny.outer" in said
+
+
+@pytest.mark.slow
+def test_other_sources_than_those_of_what_is_brought_are_compiled_with_a_word(brought):
+    march, place = brought
+    (march / "tiny.py").write_text(TINY.replace("2.0 * x", "3.0 * x"))
+    found, said = answer(script=CALL_TINY, **place)
+    assert found[0] == 30.0
+    assert said.startswith("wheeltapper: the prebuilt kernels are of ")
+    assert said.count("the prebuilt kernels") == 1
+    wrong = subprocess.run(
+        [sys.executable, "-c", CALL_TINY], env=os.environ | place | {"WHEELTAPPER_PREBUILT": "v5"},
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert "the environment: WHEELTAPPER_PREBUILT: found v5; allowed: one of off, x86-64-v3" in wrong.stderr
 
 
 def test_importing_the_package_changes_nothing_of_numba_s():

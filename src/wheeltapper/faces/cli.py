@@ -22,9 +22,16 @@ from wheeltapper.faces.usage import as_input_error, refuse_fractions
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
 
+
+def _version() -> str:
+    from wheeltapper.march.compiling import prebuilt
+
+    return f"{__version__}\nkernels: {prebuilt.told()}"
+
+
 app = App(
     name="wheeltapper",
-    version=__version__,
+    version=_version,
     help="Exact vibro-impacts of railway wheels on irregular rails.",
     help_format="plaintext",
     suppress_keyboard_interrupt=False,

@@ -19,7 +19,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral
 
-from wheeltapper.march.compiling import telling
+from wheeltapper.march.compiling import prebuilt, telling
 from wheeltapper.march.compiling.pipeline import Library, Pipeline, Shared, code_of, is_part, levels
 from wheeltapper.march.compiling.sources import FOLDER, march_of
 from wheeltapper.march.compiling.store import store_of
@@ -76,11 +76,11 @@ class _Cache:
         """The folder of all compiled kernels."""
         return self._store.folder.parent
 
-    def name(self, sig: Any, generator: Any) -> str:
-        """Return what a kernel is kept by, for arguments of some types."""
+    def name(self, sig: Any, processor: Any) -> str:
+        """Return what a kernel is kept by, for arguments of some types and a processor as Numba names it."""
         kind = "part" if is_part() else "code"
         types = sigutils.normalize_signature(sig)[0]
-        key = f"{self._base} {kind} {types} {generator.magic_tuple()}"
+        key = f"{self._base} {kind} {types} {processor}"
         return f"{self.kernel}.{hashlib.sha256(key.encode()).hexdigest()[:16]}.{kind}"
 
     @contextmanager
@@ -89,7 +89,7 @@ class _Cache:
         self._found = self._kept(sig, target)
         with ExitStack() as stack:
             if self._found is None:
-                name = self.name(sig, target.codegen())
+                name = self.name(sig, target.codegen().magic_tuple())
                 stack.enter_context(self._store.locked(name, lambda: telling.tell_waiting(self.kernel)))
                 self._found = self._kept(sig, target)
             if self._found is None:
@@ -104,7 +104,10 @@ class _Cache:
 
     def _kept(self, sig: Any, target: Any) -> Any:
         target.refresh()
-        data = self._store.read(self.name(sig, target.codegen()))
+        data, generator = None, target.codegen()
+        if prebuilt.level() and not is_part():
+            data = prebuilt.read(self._store.folder.name, self.name(sig, prebuilt.magic(generator)))
+        data = data or self._store.read(self.name(sig, generator.magic_tuple()))
         if data is None:
             return None
         called, reduced = pickle.loads(data)
@@ -119,7 +122,7 @@ class _Cache:
         code = code_of(result)
         if not code.has_dynamic_globals:
             kept = tuple(code.called.values()), result._reduce()
-            self._store.write(self.name(sig, result.codegen), serialize.dumps(kept))
+            self._store.write(self.name(sig, result.codegen.magic_tuple()), serialize.dumps(kept))
 
 
 def _is_in_memory(called: Shared) -> bool:

@@ -53,6 +53,16 @@ def fault_of(folder: Path) -> str:
     return "can be written by other users" if held.st_mode & OTHERS_WRITE else ""
 
 
+def content_of(file: Path) -> bytes | None:
+    """Return what was kept in a file, or None; what is damaged was not kept."""
+    try:
+        data = file.read_bytes()
+    except OSError:
+        return None
+    digest, data = data[:DIGEST], data[DIGEST:]
+    return data if hashlib.sha256(data).digest() == digest else None
+
+
 class Store:
     """The compiled kernels of one march, as its sources are now.
 
@@ -92,14 +102,7 @@ class Store:
 
     def read(self, name: str) -> bytes | None:
         """Return what was kept by a name, or None; what is damaged was not kept."""
-        if not self._is_sound:
-            return None
-        try:
-            data = self._file(name).read_bytes()
-        except OSError:
-            return None
-        digest, data = data[:DIGEST], data[DIGEST:]
-        return data if hashlib.sha256(data).digest() == digest else None
+        return content_of(self._file(name)) if self._is_sound else None
 
     def write(self, name: str, data: bytes) -> None:
         """Keep something by a name; say so once if that is impossible."""
