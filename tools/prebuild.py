@@ -16,6 +16,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from functools import reduce
+from operator import or_
 from pathlib import Path
 
 import numba
@@ -45,7 +47,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", nargs="*", default=ASKED, help="a Python program to be run instead of all, after --")
     program = parser.parse_args().program
-    shutil.rmtree(PLACE, ignore_errors=True)
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "prebuilt"
         for level in LEVELS:
@@ -53,13 +54,14 @@ def main() -> None:
             gather(Path(folder) / level, made / level)
         found = counted(made)
         first, *others = found.values()
-        if not first or any(other != first for other in others):
-            lacking = {
-                level: dict(sum(found.values(), start=type(first)()) - one - one) for level, one in found.items()
-            }
-            sys.exit(f"the levels are not alike; more than elsewhere is missing: {lacking}")
-        by = [f"Numba {numba.__version__}", f"Python {platform.python_version()}", f"{platform.system()}"]
+        if not first:
+            sys.exit("no kernel was compiled")
+        if any(other != first for other in others):
+            every = reduce(or_, found.values())
+            sys.exit(f"levels lack kernels: { {level: dict(every - one) for level, one in found.items()} }")
+        by = [f"Numba {numba.__version__}", f"Python {platform.python_version()}", platform.system()]
         (made / "made.json").write_text(json.dumps(by), encoding="utf-8")
+        shutil.rmtree(PLACE, ignore_errors=True)
         shutil.move(made, PLACE)
     size = sum(file.stat().st_size for file in PLACE.rglob("*.code"))
     print(f"{PLACE}: {first.total()} kernels for each of {len(found)} levels, {size / 2**20:.1f} MB in all")

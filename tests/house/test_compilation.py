@@ -335,32 +335,6 @@ def test_a_shared_kernel_has_one_copy_and_who_calls_another_one_is_compiled_agai
     assert answer(script=CALL_TINY, **place) == (again, "")
 
 
-UNTOUCHED = """
-import json, sys
-import numba
-from numba.core import caching, codegen, compiler, cpu, dispatcher, registry
-
-def state():
-    classes = [
-        codegen.JITCodeLibrary, codegen.CPUCodeLibrary, codegen.CodeLibrary, codegen.JITCPUCodegen, caching.Cache,
-        caching.CacheImpl, caching.CompileResultCacheImpl, caching.FunctionCache, caching.IndexDataCacheFile,
-        dispatcher.Dispatcher, dispatcher._DispatcherBase, registry.CPUDispatcher, compiler.CompilerBase,
-        compiler.Compiler, compiler.Flags, cpu.CPUContext, numba.types.Function,
-    ]
-    held = {f"{one.__name__}.{name}": value for one in classes for name, value in vars(one).items()}
-    return {name: value for name, value in held.items() if "_abc" not in name}
-
-before, locators = state(), list(caching.CacheImpl._locator_classes)
-import wheeltapper as wt
-from wheeltapper.march import ensemble, gradients, multibody, orbits, replay, single
-from wheeltapper.march.general import march
-from wheeltapper.march.rails import march
-after = state()
-changed = [name for name in before if after.get(name) is not before[name]] + sorted(set(after) - set(before))
-print(json.dumps(changed + [str(one) for one in caching.CacheImpl._locator_classes if one not in locators]))
-"""
-
-
 @pytest.fixture
 def brought(tmp_path):
     """Return where a package lies that brings a few kernels for a level, and the environment of its processes."""
@@ -407,6 +381,32 @@ def test_other_sources_than_those_of_what_is_brought_are_compiled_with_a_word(br
         capture_output=True, text=True,
     )  # fmt: skip
     assert "the environment: WHEELTAPPER_PREBUILT: found v5; allowed: one of off, x86-64-v3" in wrong.stderr
+
+
+UNTOUCHED = """
+import json, sys
+import numba
+from numba.core import caching, codegen, compiler, cpu, dispatcher, registry
+
+def state():
+    classes = [
+        codegen.JITCodeLibrary, codegen.CPUCodeLibrary, codegen.CodeLibrary, codegen.JITCPUCodegen, caching.Cache,
+        caching.CacheImpl, caching.CompileResultCacheImpl, caching.FunctionCache, caching.IndexDataCacheFile,
+        dispatcher.Dispatcher, dispatcher._DispatcherBase, registry.CPUDispatcher, compiler.CompilerBase,
+        compiler.Compiler, compiler.Flags, cpu.CPUContext, numba.types.Function,
+    ]
+    held = {f"{one.__name__}.{name}": value for one in classes for name, value in vars(one).items()}
+    return {name: value for name, value in held.items() if "_abc" not in name}
+
+before, locators = state(), list(caching.CacheImpl._locator_classes)
+import wheeltapper as wt
+from wheeltapper.march import ensemble, gradients, multibody, orbits, replay, single
+from wheeltapper.march.general import march
+from wheeltapper.march.rails import march
+after = state()
+changed = [name for name in before if after.get(name) is not before[name]] + sorted(set(after) - set(before))
+print(json.dumps(changed + [str(one) for one in caching.CacheImpl._locator_classes if one not in locators]))
+"""
 
 
 def test_importing_the_package_changes_nothing_of_numba_s():

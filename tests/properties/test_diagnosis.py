@@ -232,7 +232,6 @@ def test_a_sensor_with_a_filter_is_seen_through(cutoff):
     assert finding.reduced == pytest.approx(1.0, abs=0.1)
 
 
-@pytest.mark.slow
 def test_a_model_is_not_compared_where_nothing_was_recorded():
     samples = np.zeros(10)
     problem = SimpleNamespace(
@@ -243,6 +242,7 @@ def test_a_model_is_not_compared_where_nothing_was_recorded():
     assert misfit(problem, None, 6.0, 8.0, over=2.0) == np.inf
 
 
+@pytest.mark.slow
 def test_a_misfit_of_the_model_is_noise():
     (recording,) = wt.synthesise(SHORT, seed=1)
     ripple = 0.1 * np.sin(2.0 * np.pi * 37.0 * recording.times)

@@ -35,8 +35,8 @@ def departs_at(problem: FitProblem, model: Scenario, since: float) -> float:
 def misfit(problem: FitProblem, model: Scenario, start: float, end: float, over: float = 0.0) -> float:
     """Return the mean squared difference between a model and the recording between two times.
 
-    With `over` the difference is averaged before it is squared, by a Hann window of this length, s. Where
-    nothing was recorded between them it is infinite.
+    With `over` the difference is averaged before it is squared, by a Hann window of this length, s. It is
+    infinite where nothing was recorded between them.
     """
     first, last = np.searchsorted(problem.times, [start, end]).tolist()
     last = min(max(last, first + 1), len(problem.times))
