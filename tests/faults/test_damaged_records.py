@@ -140,6 +140,7 @@ def mutants(path, folder, seed, count):
     return paths
 
 
+@pytest.mark.slow
 def test_mutated_records_are_refused_or_answer(tmp_path, saved):
     whole = [saved(kind) for kind in ("wheelset", "plastic")]
     paths = [path for each in whole for path in mutants(each, tmp_path, 1, 5)]

@@ -388,6 +388,7 @@ def test_every_recording_is_answered_once_however_often_the_command_is_killed(tm
     assert len(rows_of(output / "index.csv")) == 60
 
 
+@pytest.mark.slow
 def test_watching_takes_a_file_once_it_has_stopped_growing(tmp_path):
     folder = tmp_path / "in"
     folder.mkdir()

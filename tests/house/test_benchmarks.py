@@ -30,6 +30,7 @@ def needs_peers(file):
     return "need_peers()" in file.read_text(encoding="utf-8") and file.name != "options.py"
 
 
+@pytest.mark.slow
 def test_every_benchmark_can_be_imported():
     names = [file.stem for file in FILES]
     assert len(names) > 20

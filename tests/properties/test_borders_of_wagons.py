@@ -45,20 +45,35 @@ def bisected(scene, path, least, most, many, method):
         pytest.param(DIP, {HEIGHT: [-4e-5, -3e-5], "speed": [19.0, 21.0]}, 1, "default", id="a dip"),
         pytest.param(TWICE, {HEIGHT: [-4e-5, -3e-5], "speed": [19.0, 21.0]}, 2, "default", id="the second loss"),
         pytest.param(DECK, {HEIGHT: [-4e-5, -3e-5], "speed": [19.0, 21.0]}, 1, "strict", id="on a deck"),
-        pytest.param(FLAT, {LENGTH: [0.015, 0.03], "speed": [18.0, 22.0]}, 1, "default", id="a flat on rails"),
+        pytest.param(
+            FLAT,
+            {LENGTH: [0.015, 0.03], "speed": [18.0, 22.0]},
+            1,
+            "default",
+            id="a flat on rails",
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             DIP.replaced(LOSSY), {HEIGHT: [-9e-5, -4e-5], "speed": [19.0, 21.0]}, 1, "default", id="a damped dip"
         ),
         pytest.param(
             TWICE.replaced(LOSSY), {HEIGHT: [-13e-5, -5e-5], "speed": [19.0, 21.0]}, 2, "default", id="damped, twice"
         ),
-        pytest.param(WAVES, {AMPLITUDE: [0.2e-5, 2e-5], "speed": [19.0, 21.0]}, 1, "strict", id="damped waves"),
+        pytest.param(
+            WAVES,
+            {AMPLITUDE: [0.2e-5, 2e-5], "speed": [19.0, 21.0]},
+            1,
+            "strict",
+            id="damped waves",
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             FLAT.replaced(LOSSY),
             {LENGTH: [0.012, 0.02], "speed": [18.0, 22.0]},
             1,
             "default",
             id="damped, on rails",
+            marks=pytest.mark.slow,
         ),
     ],
 )

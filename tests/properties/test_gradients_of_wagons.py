@@ -79,6 +79,7 @@ def test_near_chaotic_cells_are_told():
     assert 2.0 < float(found.amplification) < 10.0
 
 
+@pytest.mark.slow
 def test_cells_of_a_map_have_the_gradients_that_they_have_alone_for_any_number_of_threads():
     over = {"speed": [19.0, 20.0]}
     one, two = (

@@ -287,7 +287,7 @@ def test_a_stiff_track_has_the_derivatives_of_the_wheels_march():
     [
         (BASE, "track.pad_stiffness", "largest_force"),
         (BASE, "track.rail.bending_stiffness", "first_loss"),
-        (BASE.replaced({"vehicle": TWO}), "vehicle.positions.1", "largest_force"),
+        pytest.param(BASE.replaced({"vehicle": TWO}), "vehicle.positions.1", "largest_force", marks=pytest.mark.slow),
         (BASE, "vehicle.mass", "largest_displacement"),
         (BASE.replaced({"vehicle": TWO, "track": wt.StiffTrack()}), "speed", "largest_displacement"),
     ],

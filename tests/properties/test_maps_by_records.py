@@ -25,7 +25,9 @@ CASES = {
 HEIGHT = "irregularity.0.height"
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "play, and friction")) for name in CASES]
+)
 def test_each_cell_is_the_run_of_its_scenario(name):
     scene, loads = DIP.replaced(CASES[name]), [7e4, 8.4e4, 9e4]
     features = ["largest_force", "time_in_air", "first_loss", "impulse", "largest_displacement"]

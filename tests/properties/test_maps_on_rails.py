@@ -102,6 +102,7 @@ def test_a_map_holds_what_records_say(name):
     assert hit > 0
 
 
+@pytest.mark.slow
 def test_what_comes_of_a_cell_depends_on_no_other_cell_and_no_thread():
     over = {"speed": [20.0, 31.0], "irregularity.0.length": np.linspace(0.02, 0.08, 7)}
     whole = swept(FLAT, over, PLAIN, threads=1)

@@ -284,6 +284,7 @@ def test_results_do_not_depend_on_threads():
         assert ask(1).identical(ask(3))
 
 
+@pytest.mark.slow
 def test_captures_in_lanes_are_those_of_single_marches(monkeypatch):
     from wheeltapper.march import orbits as marches
     from wheeltapper.march import run
@@ -399,6 +400,7 @@ def test_a_traced_fold_is_the_fold_of_each_branch():
     assert float(curve.speed[0]) == pytest.approx(float(here.parameter[here.kind == "fold"][0]), rel=1e-10)
 
 
+@pytest.mark.slow
 def test_traced_folds_scale_with_the_wavelength():
     orbit = wt.orbits.find(scene(5.0))
     branch = wt.orbits.follow(orbit, {"speed": (2.5, 8.0)})
@@ -410,6 +412,7 @@ def test_traced_folds_scale_with_the_wavelength():
         np.testing.assert_allclose(curve.speed, float(special.parameter) * np.array([1.0, 2.0]), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_traced_grazings_and_tori_are_those_of_other_branches():
     orbit = wt.orbits.find(scene(9.0))
     branch = wt.orbits.follow(orbit, {AMPLITUDE: (2e-6, 8e-5)})
@@ -442,6 +445,7 @@ def test_a_march_that_never_ends_is_given_up(monkeypatch):
     assert np.all(np.isnan(image.slopes))
 
 
+@pytest.mark.slow
 def test_a_traced_doubling_ends_where_it_meets_another():
     orbit = wt.orbits.find(scene(12.0))
     branch = wt.orbits.follow(orbit, {"speed": (11.0, 13.0)})

@@ -36,6 +36,7 @@ def test_the_record_of_a_coach_is_stored_and_balanced(tmp_path):
     xr.testing.assert_allclose(wt.wear.marks(loaded).table, wt.wear.marks(record).table, rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_the_record_of_half_a_coach_on_sleepers_is_stored_and_balanced(tmp_path):
     scene = wt.Scenario(
         vehicle=half_coach(), track=TRACK, profiles=LEVEL, speed=20.0, duration=0.15, rolling="point",
@@ -137,7 +138,7 @@ def test_cells_of_a_sweep_are_runs():
 # -- many passes ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("track", ["rigid", "sleepers"])
+@pytest.mark.parametrize("track", ["rigid", pytest.param("sleepers", marks=pytest.mark.slow)])
 def test_passes_of_a_wheelset_without_roll_are_those_of_a_wheelset(track, tmp_path):
     plane = WAVY
     if track == "sleepers":

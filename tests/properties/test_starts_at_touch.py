@@ -115,7 +115,9 @@ FEW = ("own law", "own law of exponent 1", "own law of exponent 3", *list(CASES)
 """Slower ones, with fewer starts."""
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "rails on sleepers")) for name in CASES]
+)
 def test_motions_from_starts_within_a_hair_of_the_touch_are_those_from_the_touch(name):
     """The vibration of the contact takes some 4 ms: meanwhile it enlarges a change of the start by less than ten."""
     given = {"vehicle": wt.Wheelset(**SPRUNG), "contact": HERTZ, "speed": 0.0, "duration": 5e-3} | CASES[name]

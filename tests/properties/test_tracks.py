@@ -1,6 +1,7 @@
 """Any track on seats: at rest its ring is the infinite track, its modes decay, its receptance is reciprocal."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -41,6 +42,7 @@ def modal_deflection(modes, x):
     return np.real(kept).sum() + zeta ** np.arange(ring.residual.shape[1]) @ ring.residual[element]
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(TRACKS)
 def test_at_rest_the_ring_is_the_infinite_track_and_its_modes_do_not_grow(track):

@@ -60,7 +60,7 @@ def at_once(record):
     return record._march.steps[:, asm.STEP_CLOSED] >= 2.0**lanes
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "slowly")) for name in CASES])
 def test_steps_at_once_are_those_that_are_marched(name, monkeypatch):
     scenario = coach(**CASES[name])
     one, other = wt.simulate(scenario), resolved(scenario, monkeypatch)

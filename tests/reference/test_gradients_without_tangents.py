@@ -250,7 +250,7 @@ def times_by_another_program(kinks, changes):
         ("friction", ["friction", "friction_stiffness", "mass"]),
         ("bumpstops", ["bumpstop_gap", "bumpstop_stiffness"]),
         ("blow-off", ["blow_off_force"]),
-        ("all", ["friction", "bumpstop_gap", "blow_off_force"]),
+        pytest.param("all", ["friction", "bumpstop_gap", "blow_off_force"], marks=pytest.mark.slow),
     ],
 )
 def test_they_are_central_differences_of_another_program(kinks, names):
@@ -302,7 +302,7 @@ CASES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "a void")) for name in CASES])
 def test_they_are_those_of_plain_strict_runs(name):
     changes, paths = CASES[name]
     scene = SCENE.replaced(changes)

@@ -217,7 +217,7 @@ def test_finer_steps_change_nothing_on_rails():
     [
         pytest.param(wt.StiffTrack(), marks=pytest.mark.slow),
         pytest.param(wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4), marks=pytest.mark.slow),
-        TRACK,
+        pytest.param(TRACK, marks=pytest.mark.slow),
     ],
     ids=["stiff", "deck", "rails"],
 )

@@ -181,7 +181,7 @@ def test_a_wheelset_thrown_aside_is_that_of_another_program(contact, force, hold
         ),
     ],
 )
-@pytest.mark.parametrize("method", ["default", "strict"])
+@pytest.mark.parametrize("method", ["default", pytest.param("strict", marks=pytest.mark.slow)])
 def test_half_a_coach_is_a_bogie_on_rails(contact, allowed, method):
     common = {
         "contact": contact, "speed": 20.0, "duration": 0.03, "rolling": "point", "track": TRACK,

@@ -306,6 +306,7 @@ def test_the_paths_of_followers_are_those_that_the_marks_make(vehicle):
     assert any("virgin rail" in str(note) for note in virgin.notes)
 
 
+@pytest.mark.slow
 def test_a_record_of_wheels_over_marks_is_stored_and_balanced(tmp_path):
     scene = wt.Scenario(vehicle=in_a_row(2, 1.9), duration=0.3, **STRUCK)
     for track in (wt.StiffTrack(), wt.tracks.Slab(**wt.tracks.Slab.example)):

@@ -173,7 +173,7 @@ RIDES = {
 
 @pytest.mark.parametrize("kind", [wt.contact.Thornton, wt.contact.KogutEtsion])
 @pytest.mark.parametrize(("method", "allowed", "balance"), [("default", 2e-8, 1e-6), ("strict", 1e-10, 1e-8)])
-@pytest.mark.parametrize("name", [*RIDES])
+@pytest.mark.parametrize("name", ["rigid", pytest.param("sleepers", marks=pytest.mark.slow)])
 def test_half_a_coach_over_its_own_marks_is_a_bogie(kind, name, method, allowed, balance):
     track, irregularity, begins, least = RIDES[name]
     common = {

@@ -1,6 +1,7 @@
 """Sleepers that roll below a wagon, against two finite-element rails on the same rigid sleepers, in Newmark's steps."""
 
 import numpy as np
+import pytest
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
@@ -72,6 +73,7 @@ class TwoRails:
         return np.array(out)
 
 
+@pytest.mark.slow
 def test_two_finite_rails_on_rigid_sleepers_agree():
     record = rolled_over(ROLLING)
     assert len(record.events.time) >= 2

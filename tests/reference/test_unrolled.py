@@ -291,8 +291,9 @@ def test_sine_and_cosine_in_lanes_are_exact_to_rounding():
 @pytest.mark.parametrize(
     ("name", "fewest"),
     [
-        ("lanes_flat_12", 170), ("lanes_wave_12", 300), ("lanes_bent_12", 600), ("sharpen_22", 40),
-        ("along_flat_12", 170), ("along_bent_12", 600), ("change_12", 100),
+        ("lanes_flat_12", 170), ("lanes_wave_12", 300), pytest.param("lanes_bent_12", 600, marks=pytest.mark.slow),
+        ("sharpen_22", 40), ("along_flat_12", 170), pytest.param("along_bent_12", 600, marks=pytest.mark.slow),
+        pytest.param("change_12", 100, marks=pytest.mark.slow),
     ],
 )  # fmt: skip
 def test_the_machine_code_of_the_lanes_is_packed(name, fewest):

@@ -86,7 +86,9 @@ UNDAMPED = pytest.mark.filterwarnings("ignore:the ring of 54 m is short")
     ],
     ids=["damped", "undamped", "flat"],
 )
-@pytest.mark.parametrize(("method", "allowed"), [("default", 3e-9), ("strict", 1e-9)])
+@pytest.mark.parametrize(
+    ("method", "allowed"), [("default", 3e-9), pytest.param("strict", 1e-9, marks=pytest.mark.slow)]
+)
 def test_half_a_coach_over_voids_is_a_bogie(track, scene, method, allowed):
     common = over(track, **scene)
     coach = coach_over(method, **common)
@@ -126,6 +128,7 @@ def test_what_the_left_rail_does_over_voids_the_right_one_does_in_a_mirror():
 
 
 @UNDAMPED
+@pytest.mark.slow
 def test_ballast_presses_by_its_depth_under_each_half_of_a_sleeper_that_rolls():
     """Forces and deflections are read at the rails: those of the ballast are nearer to the middle by `arm`.
 
@@ -178,6 +181,7 @@ def test_half_a_coach_over_voids_is_a_bogie_with_hysteresis():
     check_alike(coach, bogie, 3e-9, 3e-8)
 
 
+@pytest.mark.slow
 def test_a_coach_with_flanges_and_creep_does_the_mirrored_thing_over_voids():
     flat = wt.WheelFlat(length="50 mm", position=0.5, repeat=False)
     found = {}

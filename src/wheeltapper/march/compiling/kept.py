@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from wheeltapper.march.compiling.store import folders_of, remove, store_of
 
-MARCHES = {"wheel": "wheels, bogies' wheels and wagons", "general": "rails, decks and laws", "rails": "wagons on rails"}
+MARCHES = {"wheel": "one wheel, and wagons", "general": "other vehicles and tracks", "rails": "wagons on rails"}
 
 
 class Kept(NamedTuple):

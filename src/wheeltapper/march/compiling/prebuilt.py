@@ -29,7 +29,7 @@ LEVELS = {"x86-64-v4": f"{V3} avx512bw avx512cd avx512dq avx512f avx512vl", "x86
 OFF = "off"
 
 
-def _of_host() -> list[str]:
+def levels_of_host() -> list[str]:
     """Return the levels that are there and that this machine has."""
     has = llvm.get_host_cpu_features()
     return [level for level, needs in LEVELS.items() if (PLACE / level).is_dir() and all(map(has.get, needs.split()))]
@@ -44,7 +44,7 @@ def level() -> str:
     InputError
         If another one is asked for by WHEELTAPPER_PREBUILT.
     """
-    there = _of_host()
+    there = levels_of_host()
     asked = os.environ.get("WHEELTAPPER_PREBUILT")
     if asked and asked not in (OFF, *there):
         raise InputError("the environment", "WHEELTAPPER_PREBUILT", asked, f"one of {', '.join((OFF, *there))}")

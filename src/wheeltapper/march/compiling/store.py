@@ -30,6 +30,7 @@ KEPT = 3
 """How many digests of a march's sources are kept: those that were used last."""
 UNUSED = 30.0 * 86400.0
 """Time after which kernels that nobody has used are removed, s."""
+NOT_KEPT = "a compiled kernel could not be kept"
 STAMP_DIGITS, HEX = 20, "[0-9a-f]"
 DIGEST = hashlib.sha256().digest_size
 
@@ -77,7 +78,7 @@ class Store:
         self.folder = root() / f"{march}-{stamp_of(march)[:STAMP_DIGITS]}-{sys.implementation.cache_tag}"
 
     @cached_property
-    def _is_sound(self) -> bool:
+    def is_sound(self) -> bool:
         """Whether files may be read from the folder and written there; made where it is missing. If not, say why."""
         fault = ""
         try:
@@ -102,11 +103,11 @@ class Store:
 
     def read(self, name: str) -> bytes | None:
         """Return what was kept by a name, or None; what is damaged was not kept."""
-        return content_of(self._file(name)) if self._is_sound else None
+        return content_of(self._file(name)) if self.is_sound else None
 
     def write(self, name: str, data: bytes) -> None:
         """Keep something by a name; say so once if that is impossible."""
-        if not self._is_sound:
+        if not self.is_sound:
             return
         beside = self._file(f".{uuid4().hex}")
         try:
@@ -117,12 +118,12 @@ class Store:
             finally:
                 beside.unlink(missing_ok=True)
         except OSError as error:
-            say_once(f"{self.folder.parent}: a compiled kernel could not be kept ({error.strerror or error})")
+            say_once(f"{self.folder.parent}: {NOT_KEPT} ({error.strerror or error})")
 
     @contextmanager
     def locked(self, name: str, tell_waiting: Callable[[], None]) -> Iterator[None]:
         """Let one process at a time compile what has a name, where files can be locked."""
-        if not self._is_sound:
+        if not self.is_sound:
             yield
             return
         try:

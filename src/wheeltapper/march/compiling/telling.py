@@ -33,6 +33,11 @@ def say_once(line: str) -> None:
         say(line)
 
 
+def told_once() -> list[str]:
+    """Return the lines that are told once in a process, and were in this one."""
+    return sorted(_said)
+
+
 @cache
 def costs() -> dict[str, dict[str, Any]]:
     """Return what is known of kernels: `what` they do, and `seconds` that their compilation took on one machine."""
