@@ -2,23 +2,22 @@
 
     WHEELTAPPER_CACHE=$(mktemp -d) uv run python tools/compile_costs.py
 
-runs the table of abilities in this process, with an empty folder of kernels, and prints the table
+asks what `wheeltapper cache --fill` does in this process, with an empty folder of kernels, and writes the table
 (src/wheeltapper/march/compiling/costs.toml) with new times; kernels without words have their names.
 """
 
 from __future__ import annotations
 
-import sys
 import time
+import warnings
 from typing import Any
 
-import pytest
-
+from wheeltapper.faces.filling import asks
 from wheeltapper.march.compiling import telling
 
 HEAD = """\
-# What kernels do, and how long their compilation took, s of wall time on a quiet core: what the commands and the table of
-# abilities compile. `tools/compile_costs.py` measures the times anew and keeps the words.
+# What kernels do, and how long their compilation took, s of wall time on a quiet core, each after those that were needed
+# before it. `tools/compile_costs.py` measures the times anew and keeps the words.
 """
 
 
@@ -38,19 +37,18 @@ class Timed(telling.Compilation):
 
 
 def main() -> None:
-    """Run the tests, and print the table."""
+    """Ask, and write the table."""
     telling.Compilation = Timed  # type: ignore[misc]
-    failed = pytest.main(
-        ["-q", "-p", "no:xdist", "-o", "addopts=", "-m", "slow", "tests/conformance/test_abilities.py"]
-    )
-    if failed:
-        sys.exit(failed)
+    warnings.simplefilter("ignore")
+    for question, scenario, method in asks():
+        question(scenario, method)
     known: dict[str, dict[str, Any]] = telling.costs()
-    print(HEAD)
+    parts = [HEAD]
     for kernel in sorted(known.keys() | Timed.took.keys()):
         words = known.get(kernel, {}).get("what", kernel)
         seconds = Timed.took.get(kernel, known.get(kernel, {}).get("seconds", 0.0))
-        print(f'["{kernel}"]\nwhat = "{words}"\nseconds = {seconds:.1f}\n')
+        parts.append(f'["{kernel}"]\nwhat = "{words}"\nseconds = {seconds:.1f}\n')
+    telling.COSTS.write_text("\n".join(parts), encoding="utf-8")
 
 
 if __name__ == "__main__":

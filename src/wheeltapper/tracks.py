@@ -13,9 +13,13 @@ if TYPE_CHECKING:
     from wheeltapper.ask.tracks import pinned_pinned as pinned_pinned
     from wheeltapper.ask.tracks import receptance as receptance
     from wheeltapper.ask.tracks import static_deflection as static_deflection
+    from wheeltapper.describe.track import Anomaly as Anomaly
     from wheeltapper.describe.track import Ballasted as Ballasted
     from wheeltapper.describe.track import FloatingDeck as FloatingDeck
+    from wheeltapper.describe.track import HangingSleeper as HangingSleeper
+    from wheeltapper.describe.track import MissingPad as MissingPad
     from wheeltapper.describe.track import Rail as Rail
+    from wheeltapper.describe.track import Scatter as Scatter
     from wheeltapper.describe.track import Slab as Slab
     from wheeltapper.describe.track import StiffTrack as StiffTrack
     from wheeltapper.describe.track import SupportedRail as SupportedRail

@@ -134,6 +134,7 @@ ENDS = 0.05 + 2.0 * np.pi * 0.46 / 20.0 + np.linspace(-3e-3, 38e-3, 10)
     [(WHEELSET, FLAT), (TWO, {"wheelset 1": FLAT}), (BOGIE, {"wheelset 1": FLAT})],
     ids=["wheelset", "two wheelsets", "bogie"],
 )
+@pytest.mark.slow
 def test_a_strike_is_read_alike_wherever_the_run_ends_behind_it(vehicle, irregularity):
     scene = wt.Scenario(
         vehicle=vehicle, contact=wt.Hertz(constant=1.405e11), irregularity=irregularity, speed=20.0, duration=1.0

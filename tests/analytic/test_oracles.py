@@ -76,6 +76,7 @@ def test_an_impact_without_preload_follows_hertz():
 
 
 @pytest.mark.parametrize(("method", "limit"), [("default", 1e-6), ("strict", 2e-10)])
+@pytest.mark.slow
 def test_ten_thousand_undamped_impacts_keep_their_energy(method, limit):
     record = wt.simulate(drop(2e-4, 81.1), method)
     impacts = record.impacts

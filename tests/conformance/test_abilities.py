@@ -392,6 +392,7 @@ def test_every_question_is_asked():
     assert [*QUESTIONS] == [*questions.QUESTIONS]
 
 
+@pytest.mark.slow
 def test_what_is_covered_is_answered():
     for cell in pairwise(every_cell()[0]):
         try:
@@ -400,6 +401,7 @@ def test_what_is_covered_is_answered():
             raise AssertionError(cell) from error
 
 
+@pytest.mark.slow
 def test_what_is_not_covered_is_refused_with_the_one_sentence():
     for cell in pairwise(every_cell()[1]):
         check_refused(cell)

@@ -77,6 +77,7 @@ def test_no_other_module_asks_for_a_fault_by_its_name():
     assert asked == []
 
 
+@pytest.mark.slow
 def test_a_new_fault_is_synthesised_and_diagnosed(stiff_spring):
     (recording,) = wt.synthesise(SHORT, fault="stiff spring", seed=1)
     finding = wt.diagnose(recording, SHORT)

@@ -54,6 +54,7 @@ def test_at_rest_nothing_moves(name):
 
 
 @pytest.mark.parametrize("name", SAMPLES)
+@pytest.mark.slow
 def test_energy_closes(name):
     method = "strict" if gives_way(SAMPLES[name]) else "default"
     assert abs(wt.simulate(scene(SAMPLES[name]), method).energy.relative_imbalance.item()) < 1e-8

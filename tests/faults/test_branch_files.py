@@ -23,6 +23,7 @@ def scene_file(tmp_path):
 
 
 @pytest.mark.parametrize("reports", [30, 110])
+@pytest.mark.slow
 def test_an_interrupted_branch_is_continued_to_the_same_end(tmp_path, monkeypatch, reports):
     monkeypatch.setattr(branches, "KEPT", 10)
     told = iter(range(reports))

@@ -252,6 +252,15 @@ def test_kills_leave_a_cache_that_works(tmp_path):
     assert answer(script=SMALL, WHEELTAPPER_CACHE=str(tmp_path)) == (4.25, "")
 
 
+@pytest.mark.slow
+def test_a_second_process_compiles_nothing_and_answers_with_the_same_bits(tmp_path):
+    march = "record = wt.simulate(scene)\n"
+    script = SCRIPT.replace(march, f"{march}assert abs(float(record.energy.relative_imbalance)) < 1e-9\n")
+    first, said = answer(script=script, WHEELTAPPER_CACHE=str(tmp_path))
+    assert said.count(": compiling") > 2
+    assert answer(script=script, WHEELTAPPER_CACHE=str(tmp_path)) == (first, "")
+
+
 FOUND_AGAIN = """
 import importlib, json, pickle, sys
 import wheeltapper.march

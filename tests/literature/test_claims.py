@@ -20,7 +20,7 @@ from wheeltapper.faces.paper.orbits import DOP853
 from wheeltapper.faces.paper.run import CLAIMS, measure_claims
 from wheeltapper.faces.paper.single import DIGITS, RESTARTED
 
-LONG = {"C15"}
+LONG = {"C15", "C16", "C33b", "C36", "C36b", "C42", "C44"}
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")  # as the command does
 
 

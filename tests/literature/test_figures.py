@@ -12,7 +12,7 @@ from wheeltapper.faces.paper.claims import CLAIMS
 from wheeltapper.faces.paper.figures import DRAW
 from wheeltapper.faces.plot import STYLE
 
-LONG = {"deck", "fig4", "fig2b", "fig2c", "plastic", "fig4coach"}
+LONG = {"orbits", "law", "missed", "fig6", "deck", "fig4", "fig2b", "fig2c", "plastic", "fig4coach"}
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 
 

@@ -135,6 +135,7 @@ def test_what_went_into_a_void_is_what_its_spring_holds_and_its_damper_has_taken
 
 
 @pytest.mark.parametrize("cutoff", [500.0, 1000.0])
+@pytest.mark.slow
 def test_damped_voids_close_alike_by_both_methods_and_at_any_cutoff(cutoff):
     """Sleepers are heavy: they know hardly anything of the modes that a low cutoff leaves out."""
     hanging = wt.tracks.HangingSleeper(seat=1, void="0.2 mm"), wt.tracks.HangingSleeper(seat=-2, void="0.1 mm")

@@ -42,7 +42,9 @@ def bisected(scene, path, least, most, many, method):
 @pytest.mark.parametrize(
     ("scene", "over", "many", "method"),
     [
-        pytest.param(DIP, {HEIGHT: [-4e-5, -3e-5], "speed": [19.0, 21.0]}, 1, "default", id="a dip"),
+        pytest.param(
+            DIP, {HEIGHT: [-4e-5, -3e-5], "speed": [19.0, 21.0]}, 1, "default", id="a dip", marks=pytest.mark.slow
+        ),
         pytest.param(TWICE, {HEIGHT: [-4e-5, -3e-5], "speed": [19.0, 21.0]}, 2, "default", id="the second loss"),
         pytest.param(DECK, {HEIGHT: [-4e-5, -3e-5], "speed": [19.0, 21.0]}, 1, "strict", id="on a deck"),
         pytest.param(
@@ -57,7 +59,12 @@ def bisected(scene, path, least, most, many, method):
             DIP.replaced(LOSSY), {HEIGHT: [-9e-5, -4e-5], "speed": [19.0, 21.0]}, 1, "default", id="a damped dip"
         ),
         pytest.param(
-            TWICE.replaced(LOSSY), {HEIGHT: [-13e-5, -5e-5], "speed": [19.0, 21.0]}, 2, "default", id="damped, twice"
+            TWICE.replaced(LOSSY),
+            {HEIGHT: [-13e-5, -5e-5], "speed": [19.0, 21.0]},
+            2,
+            "default",
+            id="damped, twice",
+            marks=pytest.mark.slow,
         ),
         pytest.param(
             WAVES,
@@ -100,6 +107,7 @@ def test_with_material_damping_the_force_ends_before_the_indentation():
 
 
 @pytest.mark.parametrize(("length", "speed"), [(0.022, 18.0), (0.03, 22.0)])
+@pytest.mark.slow
 def test_a_contact_that_closes_by_its_grip_while_it_is_indented_goes_on(length, speed):
     """A rail springs back when a damped contact is lost; the next one begins before the indentation has ended."""
     record = wt.simulate(FLAT.replaced(LOSSY | {LENGTH: length, "speed": speed}), "strict")

@@ -114,6 +114,7 @@ def test_too_much_damage_is_taken_for_what_was_measured():
         pytest.param("lost damper", knocked, "are left out: no model explains them", marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_damage_hides_no_fault(fault, spoil, said):
     recording, size = recording_of(fault, 1, spoil)
     found = wt.diagnose(recording, site(0.0, **EXACT), progress=False)

@@ -304,6 +304,7 @@ def found():
     return small()
 
 
+@pytest.mark.slow
 def test_a_design_keeps_the_limits_and_says_what_it_gains(found, tmp_path):
     for one in (found.best, found.single, found.repeated, found.alike):
         assert one.largest_force <= 400e3
@@ -353,6 +354,7 @@ def test_the_site_of_a_design_is_read_back(found, tmp_path):
     assert Site.from_toml(tmp_path / "other.toml") == other
 
 
+@pytest.mark.slow
 def test_designs_for_the_worst_interval_with_another_deck():
     told = []
     made = small(

@@ -133,6 +133,7 @@ def test_a_recording_of_another_site_is_not_explained():
     assert "neither a healthy wheelset nor a fault" in str(finding)
 
 
+@pytest.mark.slow
 def test_a_recording_that_is_clipped_nearly_everywhere_says_so():
     tight = Site.model_validate(SHORT.model_dump() | {"sensor": SHORT.sensor.model_copy(update={"range": 1.0})})
     finding, recording = found(None, seed=5, site=tight)
@@ -209,6 +210,7 @@ def test_processes_find_the_same(tmp_path):
 
 
 @pytest.mark.parametrize(("fault", "size", "seed"), [("free play", 5e-5, 300), ("soft bush", 1e7, 301)])
+@pytest.mark.slow
 def test_dampers_with_an_end_of_their_own_are_named_and_sized(fault, size, seed):
     finding, _ = found(fault, size, seed)
     assert finding.verdict == fault
@@ -264,6 +266,7 @@ def test_what_is_explained_of_a_recording_that_is_not_is_told():
     assert any(note.startswith("up to ") and "explain it" in note for note in finding.notes)
 
 
+@pytest.mark.slow
 def test_a_length_that_the_recording_does_not_tell_is_not_given():
     """The wheel lands near one edge of the flat, and the recording ends before the next turn shows the other."""
     finding, recording = found("wheel flat", (0.02, 0.08), 188_923_824, SITE)
@@ -291,6 +294,7 @@ def unexplained():
     return wt.diagnose(recording, SITE, faults=["broken spring", "lost damper", "weak damper"]), recording
 
 
+@pytest.mark.slow
 def test_forces_of_what_is_not_explained_are_those_of_the_recording(unexplained):
     finding, recording = unexplained
     record = wt.simulate(recording.truth["scenario"])
@@ -339,6 +343,7 @@ def test_the_forces_of_clipped_recordings_that_nothing_explains_are_bounds():
 
 
 @pytest.mark.parametrize("fault", [None, "broken spring", "free play"])
+@pytest.mark.slow
 def test_the_irregularity_may_lie_far_behind_the_trigger(fault):
     """Speeds that are known to 10 % tell to 10 ms when the wheel gets there: the recording tells it better."""
     late = SITE.passage.replaced({"irregularity.0.start": 0.9, "duration": 0.4})

@@ -29,6 +29,7 @@ def parts(record):
 
 
 @pytest.mark.parametrize("scene", [FLAT, BOGIE, OFF_THE_GRID], ids=["flat", "bogie", "off the grid"])
+@pytest.mark.slow
 def test_strictly_the_energy_closes_to_1e_8(scene):
     found = parts(wt.simulate(scene, "strict"))
     assert abs(found["relative_imbalance"]) < 1e-8
@@ -89,6 +90,7 @@ def test_a_wheel_that_stands_still_loses_nothing():
     assert abs(parts(wt.simulate(still))["track_dissipated"]) < 1e-9
 
 
+@pytest.mark.slow
 def test_the_truncation_falls_with_the_cut_off():
     shares = [
         abs(parts(wt.simulate(FLAT.replaced({"track.cutoff": cutoff})))["truncation"]) for cutoff in (2e3, 5e3, 12e3)

@@ -186,6 +186,7 @@ def test_the_mass_is_found_within_its_error_whatever_the_site(name):
     assert estimate.deviation("vehicle.mass") < 0.02
 
 
+@pytest.mark.slow
 def test_faults_of_a_yielding_site_are_told():
     told = wt.diagnosis.assess(site("Thornton"), {"broken spring": None}, count=2, workers=1)
     assert told.faults["broken spring"].named == 1.0

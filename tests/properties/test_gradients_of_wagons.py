@@ -38,6 +38,7 @@ def test_a_wheel_in_the_air_at_the_end_stays_there():
     assert "number_of_impacts_gradient" not in found  # a count
 
 
+@pytest.mark.slow
 def test_a_field_that_is_zero_has_a_derivative_that_belongs_to_those_beside():
     path = "vehicle.bodies.0.position.1"
     at = {value: SCENE.replaced({path: value}) for value in (0.0, 1e-4, -1e-4)}
@@ -57,6 +58,7 @@ def test_a_corner_of_a_feature_has_no_derivative():
     assert json.loads(found.notes)[-1] == "folded has no derivative by speed: its slopes on both sides differ"
 
 
+@pytest.mark.slow
 def test_where_contact_begins_to_be_lost_there_is_no_derivative_and_close_to_it_the_cell_grazes():
     """The time in the air grows like the square root of the distance to the border."""
     over = {HEIGHT: [-4e-5, -3e-5], "speed": [19.0, 21.0]}
@@ -95,6 +97,7 @@ def test_cells_of_a_map_have_the_gradients_that_they_have_alone_for_any_number_o
     np.testing.assert_array_equal(one.largest_force, plain.largest_force)
 
 
+@pytest.mark.slow
 def test_a_store_holds_gradients_of_wagons_with_their_errors(tmp_path):
     study, store = tmp_path / "study.toml", tmp_path / "map.zarr"
     SCENE.replaced({"duration": 0.005}).to_toml(tmp_path / "coach.toml")

@@ -292,6 +292,7 @@ def test_a_stiff_track_has_the_derivatives_of_the_wheels_march():
         (BASE.replaced({"vehicle": TWO, "track": wt.StiffTrack()}), "speed", "largest_displacement"),
     ],
 )
+@pytest.mark.slow
 def test_fields_and_features_without_tangents_have_differences(scene, path, feature):
     found = wt.gradient(scene, [feature], [path])
     assert set(np.atleast_1d(found.gradient_status.values)) == {0}

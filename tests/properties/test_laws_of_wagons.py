@@ -162,6 +162,7 @@ def test_energy_closes_on_rails(changes):
     assert float(wt.simulate(scene).energy.relative_imbalance) < 1e-6
 
 
+@pytest.mark.slow
 def test_a_record_of_damped_contacts_on_rails_is_the_same_in_a_file(tmp_path):
     record = wt.simulate(on_rails(duration=0.01, contact=DAMPED))
     record.save(tmp_path / "a.nc")
@@ -173,6 +174,7 @@ def test_a_record_of_damped_contacts_on_rails_is_the_same_in_a_file(tmp_path):
     np.testing.assert_array_equal(record.track(**place).pad_force, again.track(**place).pad_force)
 
 
+@pytest.mark.slow
 def test_a_mirrored_scenario_on_rails_gives_mirrored_results():
     one, other = (wt.simulate(on_rails({side: WAVE}, contact=DAMPED)) for side in ("left", "right"))
     swapped = {"left": "right", "right": "left"}

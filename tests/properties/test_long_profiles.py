@@ -35,6 +35,7 @@ def peak_memory(samples, rolling):
 
 
 @pytest.mark.parametrize("rolling", ["point", "circle"])
+@pytest.mark.slow
 def test_memory_grows_no_faster_than_the_profile(rolling):
     peak_memory(1000, rolling)  # what is imported and cached once
     assert peak_memory(80_000, rolling) < 2.2 * peak_memory(40_000, rolling)

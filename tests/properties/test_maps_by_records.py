@@ -5,6 +5,8 @@ import pytest
 
 import wheeltapper as wt
 
+from ..marks import slow
+
 WHEEL = {"mass": 1390.0, "load": 8.4e4, "stiffness": 2.2e6, "damping": 4e4}
 DIP = wt.Scenario(
     vehicle=wt.Wheelset(**WHEEL), contact=wt.Hertz(constant=1.6e11), speed=12.0, duration=0.015, rolling="point",
@@ -25,9 +27,7 @@ CASES = {
 HEIGHT = "irregularity.0.height"
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "play, and friction")) for name in CASES]
-)
+@pytest.mark.parametrize("name", slow(CASES, "play, and friction"))
 def test_each_cell_is_the_run_of_its_scenario(name):
     scene, loads = DIP.replaced(CASES[name]), [7e4, 8.4e4, 9e4]
     features = ["largest_force", "time_in_air", "first_loss", "impulse", "largest_displacement"]

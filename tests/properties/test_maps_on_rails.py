@@ -12,6 +12,8 @@ from wheeltapper.lower.cells_on_rails import CellsOnRails
 from wheeltapper.march.general.ensemble import works_of
 from wheeltapper.record.features.base import ROOM
 
+from ..marks import slow_but
+
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 TRACK = wt.tracks.Ballasted.named("rolland_UIC60_example").model_copy(update={"cutoff": 3000.0, "bays": 40})
 FLAT = wt.Scenario(
@@ -79,7 +81,7 @@ def far(found, expected):
     return np.max(np.abs(found - expected)[known] / np.maximum(np.abs(expected[known]), 1e-30), initial=0.0)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", slow_but(CASES, "masses and springs"))
 def test_a_map_holds_what_records_say(name):
     scene, over = CASES[name]
     chart = swept(scene, over, PLAIN)
@@ -204,6 +206,7 @@ RATED = wt.contact.Law(lambda depth, rate: 1.8825e11 * depth**1.5 * (1.0 + 8.0 *
 
 
 @pytest.mark.parametrize("contact", [FLAT.contact, DAMPED, RATED])
+@pytest.mark.slow
 def test_a_border_on_rails_is_where_bisection_of_runs_finds_it(contact):
     scene = FLAT.replaced({"contact": contact})
     over = {"speed": [12.0, 28.0], "irregularity.0.length": [0.02, 0.055]}

@@ -57,6 +57,7 @@ def drawn(fault, seed):
         pytest.param("broken spring", 1, marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_faults_are_told_at_other_sites(fault, seed):
     site, recording, size = drawn(fault, seed)
     told = wt.diagnose(recording, site, progress=False)

@@ -5,6 +5,8 @@ import pytest
 import wheeltapper as wt
 from tests.pairs import ADDED, EVENTS, FORCES, HERTZ, KINDS, TRACKS, Drawn, difference, hertz_again, is_there
 
+from ..marks import slow
+
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 METHODS = "default", "strict"
 LAWS = {"linear": wt.Linear(stiffness=1.2e9), "hysteresis": wt.Hertz(constant=HERTZ, hysteresis=0.4)}
@@ -13,9 +15,10 @@ CHOSEN = [
     for i, (added, kind, track) in enumerate((a, k, t) for a in ADDED for k in KINDS for t in TRACKS)
     if is_there(added, kind, track) and (track != "rails" or kind == "wheelset")
 ]
+STRICT = [one for one in CHOSEN if one[-1] == "strict"]
 
 
-@pytest.mark.parametrize(("added", "kind", "track", "method"), CHOSEN)
+@pytest.mark.parametrize(("added", "kind", "track", "method"), slow(CHOSEN, *STRICT))
 def test_what_cannot_be_felt_changes_nothing(added, kind, track, method):
     found = difference(ADDED[added](kind, track, Drawn(height=6e-4 if track == "rails" else 2e-4)), method)
     assert found.events >= 2

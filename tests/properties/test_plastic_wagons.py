@@ -25,6 +25,7 @@ COACH = wt.Scenario(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_record_of_a_coach_is_stored_and_balanced(tmp_path):
     record = wt.simulate(COACH, "strict")
     assert abs(float(record.energy.relative_imbalance)) < 1e-8
@@ -161,6 +162,7 @@ def test_passes_of_a_wheelset_without_roll_are_those_of_a_wheelset(track, tmp_pa
     assert len(wt.plot(found).axes) == 9
 
 
+@pytest.mark.slow
 def test_wheelsets_that_follow_are_passes_of_wear_in():
     gap = 2.0
     ride = STRUCK | OF_WHEEL | {"profiles": LEVEL}

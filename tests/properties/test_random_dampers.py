@@ -103,6 +103,7 @@ def check_maxima(record):
 
 @settings(max_examples=60, deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
 @given(scenarios)
+@pytest.mark.slow
 def test_every_damper_is_answered_soundly(scenario):
     record = simulated(scenario)
     assert record.outcome is Outcome.COMPLETED

@@ -11,6 +11,8 @@ from wheeltapper.lower.build import lower
 from wheeltapper.march import layout, single
 from wheeltapper.march import program as contract
 
+from ..marks import slow
+
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 MASS, CONSTANT, GRAVITY = 1500.0, 1.405e11, 9.81
 HAIRS = (5e-324, 1e-300, 1e-30, 1e-20, 1e-18, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9)
@@ -111,13 +113,15 @@ CASES = {
     "a wagon's hysteresis": AXLE | {"contact": wt.Hertz(constant_per_wheel=0.5 * CONSTANT, hysteresis=0.5)} | POINT,
     "rails on sleepers": {"track": wt.tracks.Ballasted(**wt.tracks.Ballasted.example), "duration": 2e-3, "speed": 9.0},
 }  # fmt: skip
+LONG = (
+    "rails on sleepers", "Kogut and Etsion on a deck", "Thornton over a bump", "Thornton on a spot", "Stronge",
+    "a bush on a deck over a bump",
+)  # fmt: skip
 FEW = ("own law", "own law of exponent 1", "own law of exponent 3", *list(CASES)[-6:])
 """Slower ones, with fewer starts."""
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "rails on sleepers")) for name in CASES]
-)
+@pytest.mark.parametrize("name", slow(CASES, *LONG))
 def test_motions_from_starts_within_a_hair_of_the_touch_are_those_from_the_touch(name):
     """The vibration of the contact takes some 4 ms: meanwhile it enlarges a change of the start by less than ten."""
     given = {"vehicle": wt.Wheelset(**SPRUNG), "contact": HERTZ, "speed": 0.0, "duration": 5e-3} | CASES[name]

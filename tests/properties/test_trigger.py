@@ -93,6 +93,7 @@ def test_a_passage_keeps_its_time_zero_and_begins_at_rest():
         pytest.param("broken spring", 1, marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_an_uncertain_trigger_does_not_hide_a_fault(fault, seed):
     """Of a second program's passages, on a deck with ends; the trigger errs by 1 ms, the gauge by 1 %."""
     truth, size, recording, late = measured(fault, seed)
@@ -210,6 +211,7 @@ def test_a_wheel_that_comes_bouncing_onto_the_deck_is_out_of_round(seed, trigger
 # -- exact triggers ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_exit_of_a_lost_damper_does_not_end_a_fit_a_sample_off():
     """Its jump has no derivative: the fit of seed 22 ended with the exit 1.2 samples early."""
     _, size, recording, _ = measured("lost damper", 22, trigger=0.0)

@@ -139,6 +139,7 @@ def test_many_contacts_that_open_nearly_together_lose_no_event():
         assert turns[0] == "loss"
 
 
+@pytest.mark.slow
 def test_a_hunting_coach_hits_its_rails_with_its_flanges():
     kick = {"left": wt.CosineBump(height=1e-3, length=3.0, start=1.0)}
     scene = coach(kick, wt.Wagon.erri_b176(), 1.5, speed=95.0)

@@ -94,6 +94,7 @@ def test_the_pattern_converges_with_the_tolerance(monkeypatch):
     assert errors[-1] < 1e-8 * float(strict.max())
 
 
+@pytest.mark.slow
 def test_chunks_files_and_threads_leave_no_trace(tmp_path):
     options = {"hardening": 0.5, "scatter": {"speed": 0.02, "load": 0.05, "start": "5 cm"}, "seed": 7}
     scenes = [scene(length=0.4), scene(speed=20.0, length=0.4)]

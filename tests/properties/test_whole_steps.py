@@ -11,6 +11,8 @@ from wheeltapper.lower import wagon_on_rails
 from wheeltapper.march import assembly as asm
 from wheeltapper.record import stored_rails
 
+from ..marks import slow
+
 COACH = wt.Wagon.erri_b176(1620.0)
 TRACK = wt.tracks.Ballasted.example | {"cutoff": 3000.0, "bays": 90, "first_sleeper": 0.21}
 EVEN = wt.tracks.Ballasted(**TRACK)
@@ -60,7 +62,7 @@ def at_once(record):
     return record._march.steps[:, asm.STEP_CLOSED] >= 2.0**lanes
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "slowly")) for name in CASES])
+@pytest.mark.parametrize("name", slow(CASES, "slowly", "flanges"))
 def test_steps_at_once_are_those_that_are_marched(name, monkeypatch):
     scenario = coach(**CASES[name])
     one, other = wt.simulate(scenario), resolved(scenario, monkeypatch)

@@ -132,6 +132,7 @@ def test_finer_steps_change_nothing_on_rails(name):
 
 
 @pytest.mark.parametrize("name", ["bush", "play", "both"])
+@pytest.mark.slow
 def test_energy_closes_and_files_keep_what_dampers_did(name, tmp_path):
     scene = FLAT.replaced({"vehicle": several(with_damper(name), wt.Wheelset(**WHEEL))})
     record = wt.simulate(scene, "strict")

@@ -379,7 +379,8 @@ def elements_of(kinks, along):
     return [*out, pieces.Corners(along, [-rate, rate], [after, damping, after], by_rate=True)]
 
 
-@pytest.mark.parametrize("name", ["all", *(pytest.param(one, marks=pytest.mark.slow) for one in KINKS if one != "all")])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", KINKS)
 def test_kinks_over_a_deck_are_those_of_another_program(name):
     scene, waves = over_waves(**KINKS[name])
     deck, static = scene.track, static_of(STIFF)

@@ -125,6 +125,7 @@ class Sprung(NamedTuple):
 
 
 @pytest.mark.parametrize("start", ["equilibrium", DROPPED], ids=["rest", "dropped"])
+@pytest.mark.slow
 def test_two_wheelsets_feel_each_other_through_a_deck_as_a_general_solver_says(start):
     sprung = WHEEL | {"mass": 1100.0, "load": 95e3, "stiffness": 2.4e6}
     pair = wt.vehicles.Wheelsets(wheelsets=(WHEEL, sprung), positions=(0.0, -0.05))

@@ -111,6 +111,7 @@ def test_without_noise_inertia_errs_by_the_bearing():
 
 
 @pytest.mark.parametrize("deck", [{"mass": 1500.0}, {"stiffness": 1e9}])
+@pytest.mark.slow
 def test_the_bearing_does_not_drift_on_light_or_stiff_decks(deck):
     assert within("bearing", 40, 20, **deck) < min(0.6, within("inertia", 40, 20, **deck))
     assert within("smoother", 30, 20, **deck) < 0.8

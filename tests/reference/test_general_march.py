@@ -449,6 +449,7 @@ def test_a_law_with_losses_loses_contact_on_a_track_as_with_finer_steps():
 # -- speed zero, and corners -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_wheels_that_stand_stay_at_rest_and_a_dropped_one_strikes_the_track():
     contacts = tuple(Contact(rails.level(), rails.HERTZIAN, x) for x in (0.25, -2.31))
     system = System(rails.free_wheels(2), contacts, 0.0, rails.ring(ROLLAND))

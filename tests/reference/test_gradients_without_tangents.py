@@ -15,6 +15,8 @@ from wheeltapper.ask.chart import chart_dataset
 from wheeltapper.ask.study import study_of
 from wheeltapper.lower.fields import Fields
 
+from ..marks import slow
+
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 TINY = 1e-30
 """Of a complex step: the imaginary part of a function is its derivative, times this."""
@@ -88,6 +90,7 @@ def test_what_is_asked_has_the_same_form_on_both_roads():
         ),
         pytest.param(
             {"vehicle": wt.vehicles.Bogie(**wt.vehicles.Bogie.example)}, ["speed", "vehicle.frame_mass"], id="a bogie",
+            marks=pytest.mark.slow,
         ),
         pytest.param(
             {
@@ -95,6 +98,7 @@ def test_what_is_asked_has_the_same_form_on_both_roads():
                 "irregularity": wt.Corrugation(amplitude=1.8e-4, wavelength=0.06, start=0.1),
             },
             ["speed", "vehicle.mass", "vehicle.load", "contact.constant", "irregularity.0.amplitude"], id="on rails",
+            marks=pytest.mark.slow,
         ),
     ],
 )  # fmt: skip
@@ -141,6 +145,7 @@ def turning_points(weight, stiff, rub, series, drop, count):
     return out
 
 
+@pytest.mark.slow
 def test_the_decay_by_coulomb_friction_has_the_derivatives_of_the_closed_form():
     """Every second turn is a lowest one, with a maximum of the force W + k·a."""
     weight = 7.1e4 + 1270.0 * 9.81
@@ -172,6 +177,7 @@ def test_the_decay_by_coulomb_friction_has_the_derivatives_of_the_closed_form():
         assert (np.abs(own - true) <= 10.0 * error + 1e-11 * np.abs(true)).all()
 
 
+@pytest.mark.slow
 def test_where_friction_just_does_not_slip_there_is_no_derivative_by_it():
     """Stuck, the mass swings about where both springs rest; the friction's spring goes through twice that way."""
     weight = 7.1e4 + 1270.0 * 9.81
@@ -247,7 +253,7 @@ def times_by_another_program(kinks, changes):
 @pytest.mark.parametrize(
     ("kinks", "names"),
     [
-        ("friction", ["friction", "friction_stiffness", "mass"]),
+        pytest.param("friction", ["friction", "friction_stiffness", "mass"], marks=pytest.mark.slow),
         ("bumpstops", ["bumpstop_gap", "bumpstop_stiffness"]),
         ("blow-off", ["blow_off_force"]),
         pytest.param("all", ["friction", "bumpstop_gap", "blow_off_force"], marks=pytest.mark.slow),
@@ -302,7 +308,7 @@ CASES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "a void")) for name in CASES])
+@pytest.mark.parametrize("name", slow(CASES, "a void", "a wagon that yields", "a bumpstop and corners"))
 def test_they_are_those_of_plain_strict_runs(name):
     changes, paths = CASES[name]
     scene = SCENE.replaced(changes)

@@ -175,6 +175,7 @@ def ending():
 
 
 @pytest.mark.filterwarnings("ignore:forces below 20 Hz are not read")
+@pytest.mark.slow
 def test_a_strike_is_read_alike_wherever_the_run_ends(ending):
     tables = [record.running_safety(window=0.5) for record in ending]
     unloading = [wt.features.wheel_unloading()(record) for record in ending]

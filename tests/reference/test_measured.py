@@ -62,6 +62,7 @@ def test_the_measured_flat_runs_from_its_file(file, speed):
     assert np.abs(path[level]).max() < 2e-6
 
 
+@pytest.mark.slow
 def test_its_path_is_the_maximum_over_all_contacts(scan):
     scene = wt.Scenario.from_toml(EXAMPLES / "measured_flat.toml")
     (course,) = courses_of(scene)

@@ -96,6 +96,7 @@ def check_special(branch, name):
         same_state(state, case, case["tolerance"]["state_relative"])
 
 
+@pytest.mark.slow
 def test_the_main_branch_has_these_special_points_and_no_others():
     kinds = ["fold", "fold", "grazing", "fold", "fold", "doubling", "grazing", "doubling"]
     branch = main_branch()

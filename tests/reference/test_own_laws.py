@@ -223,6 +223,7 @@ class WithLag:
         return np.array(out)
 
 
+@pytest.mark.slow
 def test_forces_of_a_law_with_a_rate_are_those_of_a_general_solver():
     law, table = tabulated_law(wt.contact.Law(saturating))
     assert table.error < 1e-10

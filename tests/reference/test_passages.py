@@ -99,6 +99,7 @@ def test_two_programs_agree_on_drawn_passages(fault):
 
 
 @pytest.mark.parametrize("name", ["healthy", "play", "bush", "flat", "long flat"])
+@pytest.mark.slow
 def test_the_second_program_has_converged(name):
     rough = acceleration(CASES[name], TIMES)
     fine = acceleration(CASES[name], TIMES, STEP / 2, GRID / 2, passages.ANGLE / 2)

@@ -58,6 +58,7 @@ def test_a_wheel_that_runs_onto_a_deck_and_off_again():
     assert np.any(times > 0.05)
 
 
+@pytest.mark.slow
 def test_a_contact_constant_that_follows_the_curvature():
     def factor(x):
         inside = 0.05 <= x <= 0.1

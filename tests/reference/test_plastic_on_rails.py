@@ -192,6 +192,7 @@ class YieldingNewmark(Newmark):
         return (self.first + self.slope * (overlap - self.onset)) / (1.0 + self.slope * self.gives)
 
 
+@pytest.mark.slow
 def test_forces_on_a_ballasted_track_are_those_of_finite_elements():
     duration, speed, strength = 0.05, 20.0, 3e4
     dip = wt.CosineBump(height=-4e-4, length=0.12, start=0.4)
@@ -384,6 +385,7 @@ def test_the_first_pass_over_a_track_is_its_run():
         assert worn.plastic_work.values[1] < worn.plastic_work.values[0]  # the second pass finds less to do
 
 
+@pytest.mark.slow
 def test_vehicles_pass_in_turn(tmp_path):
     scene = WAVY.replaced({"track": SLAB, "duration": 0.2, "contact.yield_force": 1.1e5})
     light, bogie = wt.Wheelset(mass=900, load=95e3), wt.vehicles.Bogie(**wt.vehicles.Bogie.example)
@@ -426,6 +428,7 @@ def test_cells_that_march_in_step_are_runs():
 
 # The search may come to a run that grazes exactly, which is not solved; no border is drawn from it.
 @pytest.mark.filterwarnings("ignore:[0-9] of [0-9] runs broke off")
+@pytest.mark.slow
 def test_the_border_of_losses_moves_with_yield_only():
     scene = WAVY.replaced({"track": SLAB, "duration": 0.1, "irregularity.0.wavelength": 0.08})
     over = {"irregularity.0.amplitude": [-4e-4, -2e-5], "vehicle.mass": [1000, 1500]}

@@ -120,5 +120,6 @@ def test_a_file_keeps_both_ways(tmp_path):
         np.testing.assert_array_equal(one[name], other[name])
 
 
+@pytest.mark.slow
 def test_energy_closes():
     assert float(rolled_over(ROLLING, "strict").energy.relative_imbalance) < 1e-8

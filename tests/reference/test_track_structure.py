@@ -16,6 +16,8 @@ from wheeltapper.lower.track import bay, energy, reach, readouts, waves, works
 from wheeltapper.lower.track import ring as rings
 from wheeltapper.lower.track.section import Section, section_of
 
+from ..marks import slow_but
+
 DATA = Path(__file__).parents[1] / "data" / "track_cases.json"
 CASE = json.loads(DATA.read_text(encoding="utf-8"))["linear_track_and_moving_load"]
 SETS = {one["set"]: one for one in CASE["sets"]}
@@ -201,7 +203,7 @@ def test_modes_and_residual_are_the_infinite_track_at_rest(name):
         assert found.real == pytest.approx(float(wt.tracks.static_deflection(track, x)), rel=1e-9)
 
 
-@pytest.mark.parametrize("name", TRACKS)
+@pytest.mark.parametrize("name", slow_but(TRACKS, "overdamped"))
 def test_a_ring_answers_like_the_infinite_track(name):
     track = TRACKS[name]
     for bays, cutoff, most in ((80, 5e3, 0.035), (300, 5e3, 0.012), (300, 16e3, 4e-3)):

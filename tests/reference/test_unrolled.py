@@ -18,6 +18,8 @@ from wheeltapper.march import lane_rows as at
 from wheeltapper.march.kernel import FASTMATH
 from wheeltapper.march.single import march
 
+from ..marks import slow_but
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -291,9 +293,9 @@ def test_sine_and_cosine_in_lanes_are_exact_to_rounding():
 @pytest.mark.parametrize(
     ("name", "fewest"),
     [
-        ("lanes_flat_12", 170), ("lanes_wave_12", 300), pytest.param("lanes_bent_12", 600, marks=pytest.mark.slow),
-        ("sharpen_22", 40), ("along_flat_12", 170), pytest.param("along_bent_12", 600, marks=pytest.mark.slow),
-        pytest.param("change_12", 100, marks=pytest.mark.slow),
+        ("lanes_flat_12", 170), ("sharpen_22", 40),
+        *slow_but([("lanes_wave_12", 300), ("lanes_bent_12", 600), ("along_flat_12", 170), ("along_bent_12", 600)]),
+        *slow_but([("change_12", 100)]),
     ],
 )  # fmt: skip
 def test_the_machine_code_of_the_lanes_is_packed(name, fewest):

@@ -115,6 +115,7 @@ def rolling_scene(left=None, right=None, **fields):
     return over(track, irregularity={"left": left or [], "right": right or []}) | fields
 
 
+@pytest.mark.slow
 def test_what_the_left_rail_does_over_voids_the_right_one_does_in_a_mirror():
     one = coach_over(**rolling_scene(left=CORRUGATION))
     other = coach_over(**rolling_scene(right=CORRUGATION))
@@ -163,6 +164,7 @@ def test_a_damper_against_roll_that_no_void_can_have_is_told():
     assert not any("ballast_roll_damping" in note for note in coach_over("default", **scene).notes)
 
 
+@pytest.mark.slow
 def test_a_record_over_voids_is_loaded_as_it_was_saved(tmp_path):
     record = coach_over("default", **rolling_scene(left=CORRUGATION))
     record.save(tmp_path / "coach.nc")
@@ -173,6 +175,7 @@ def test_a_record_over_voids_is_loaded_as_it_was_saved(tmp_path):
     assert str(loaded) == str(record)
 
 
+@pytest.mark.slow
 def test_half_a_coach_over_voids_is_a_bogie_with_hysteresis():
     common = over(contact=wt.Hertz(constant_per_wheel=8e10, curvature=False, hysteresis=0.1))
     coach = coach_over("default", **common)

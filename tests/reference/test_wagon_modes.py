@@ -47,6 +47,7 @@ def test_the_contact_modes_without_creep():
 
 
 @pytest.mark.parametrize(("smoothing", "speed"), [(5e-6, 54.0), (15e-6, 68.0), (30e-6, 80.0)])
+@pytest.mark.slow
 def test_the_linear_critical_speed(smoothing, speed):
     found = wt.stability.critical_speed(scene(smoothing=smoothing))
     assert found == pytest.approx(speed, rel=0.05)

@@ -7,6 +7,8 @@ from scipy import optimize
 
 import wheeltapper as wt
 
+from ..marks import slow
+
 HELD = ("x", "y", "roll", "yaw")
 NUMBERS = {
     "wheelset_mass": 1350.0, "frame_mass": 2900.0, "pitch_inertia": 1700.0, "wheelbase": 2.4,
@@ -51,7 +53,7 @@ TRACK_ALLOWED = {"default": (2e-6, 1.5e-3), "strict": (1e-7, 2e-4)}
     ],
 )
 @pytest.mark.parametrize("first_sleeper", [0.15, 0.1234], ids=["even steps", "uneven steps"])
-@pytest.mark.parametrize(("method", "allowed"), [("default", 3e-9), ("strict", 1e-11)])
+@pytest.mark.parametrize(("method", "allowed"), slow([("default", 3e-9), ("strict", 1e-11)], ("strict", 1e-11)))
 def test_half_a_coach_is_a_bogie(speed, rolling, irregularity, method, allowed, first_sleeper):
     common = {
         "contact": wt.Hertz(constant_per_wheel=8e10, curvature=False), "speed": speed, "duration": 0.06,
@@ -83,6 +85,7 @@ ANOMALIES = (wt.tracks.MissingPad(seat=1), wt.tracks.HangingSleeper(seat=-1), wt
 UNEVEN = TRACK.model_copy(update={"cutoff": 1500.0, "anomalies": ANOMALIES})
 
 
+@pytest.mark.slow
 def test_half_a_coach_over_anomalies_of_the_track_is_a_bogie(tmp_path):
     common = {
         "contact": wt.Hertz(constant_per_wheel=8e10, curvature=False), "speed": 20.0, "duration": 0.03,
@@ -104,6 +107,7 @@ def test_half_a_coach_over_anomalies_of_the_track_is_a_bogie(tmp_path):
     xr.testing.assert_identical(wt.load(tmp_path / "coach.nc").track(**beside), read)
 
 
+@pytest.mark.slow
 def test_below_a_sleeper_that_rolls_nothing_carries_where_the_ballast_is_gone_and_no_pad_where_it_is_missing():
     rolling = wt.tracks.Ballasted(**UNEVEN.model_dump() | {"sleeper_roll_inertia": 60.0, "anomalies": ANOMALIES[:2]})
     scene = wt.Scenario(

@@ -27,6 +27,8 @@ OWN = wt.contact.Law(force=lambda indentation: 1.405e11 * indentation**1.5)
 DECK = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)
 SCALE = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4, start=0.02, length=3.0)
 RAILS = wt.tracks.Slab(**wt.tracks.Slab.example | {"cutoff": 1000, "bays": 160})
+HANGING = {"cutoff": 1000, "bays": 80, "anomalies": (wt.tracks.HangingSleeper(seat=1, void=1e-4),)}
+VOIDED = wt.tracks.Ballasted(**wt.tracks.Ballasted.example | HANGING)
 BILATERAL = wt.Linear(stiffness=1.2e9, bilateral=True)
 
 wheelset = wt.Wheelset(**WHEELSET)
@@ -60,8 +62,10 @@ def record(scenario: wt.Scenario, method: Method) -> None:
 def chart(scenario: wt.Scenario, method: Method) -> None:
     """Ask for a map, with derivatives and without, and for its border."""
     over = {mass_of(scenario): [1500.0, 1510.0]}
-    wt.sweep(scenario, over, ["time_in_air", "filtered_force"], method=method)
-    wt.sweep(scenario, over, ["largest_force"], gradient=True, method=method)
+    wt.sweep(scenario, over, ["filtered_force"], method=method)
+    for feature in (wt.features.largest_force(), wt.features.impulse()):
+        for gradient in (False, True):
+            wt.sweep(scenario, over, [feature], gradient=gradient, method=method)
     wt.border(scenario, over | {"speed": [9.0, 9.1]}, resolution=2, method=method)
 
 
@@ -85,7 +89,9 @@ def orbits(scenario: wt.Scenario, method: Method) -> None:
     )
     float(wt.orbits.find(again, method=method).record.end)
     wt.orbits.returns(again, {"vehicle.mass": [1500, 1510]}, 2, 2, method=method)
-    wt.orbits.fates(again, {"start.velocity": np.linspace(-0.8, 0.8, 20)}, settle=30)
+    for many in (3, 20):
+        wt.orbits.fates(again, {"start.velocity": np.linspace(-0.8, 0.8, many)}, settle=30)
+    wt.features.growth_exponent(100)(wt.simulate(again, method))
 
 
 def asks() -> list[tuple[Callable[[wt.Scenario, Method], None], wt.Scenario, Method]]:
@@ -93,7 +99,8 @@ def asks() -> list[tuple[Callable[[wt.Scenario, Method], None], wt.Scenario, Met
     flanges = {"rolling": "circle", "creep": wt.creep.Polach(friction=0.35), "profiles": wt.profiles.Cones()}
     records = [
         scene(wagon, track=RAILS), scene(bogie), scene(wagon), scene(wheelset),
-        scene(wagon, YIELDING, track=RAILS, **flanges), scene(bogie, YIELDING, track=RAILS),
+        scene(wagon, YIELDING, track=RAILS, **flanges), scene(wagon, track=VOIDED),
+        scene(bogie, YIELDING, track=RAILS),
         scene(bogie, HYSTERESIS, track=SCALE), scene(bogie, OWN, irregularity=()), scene(with_play, track=DECK),
         scene(with_bush, HYSTERESIS, track=DECK), scene(wheelset, BILATERAL), scene(wheelset, YIELDING, track=DECK),
     ]  # fmt: skip
@@ -101,8 +108,9 @@ def asks() -> list[tuple[Callable[[wt.Scenario, Method], None], wt.Scenario, Met
         scene(bogie, track=DECK), scene(wheelset), scene(bogie, track=RAILS), scene(wheelset, track=DECK),
         scene(wheelset, BILATERAL), scene(with_play),
     ]  # fmt: skip
+    worn = [scene(wagon, YIELDING, duration=0.3), scene(bogie, YIELDING), scene(wheelset, YIELDING, track=DECK)]
     of = {
-        record: records, chart: charts, wear: [scene(bogie, YIELDING), scene(wheelset, YIELDING, track=DECK)],
+        record: records, chart: charts, wear: worn,
         diagnosis: [scene(wheelset, track=SCALE)], orbits: [scene(wheelset), scene(wheelset, track=DECK)],
     }  # fmt: skip
     return [(question, one, method) for method in METHODS for question, scenes in of.items() for one in scenes]

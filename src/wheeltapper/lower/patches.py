@@ -39,8 +39,9 @@ def elastic_of(contact: Contact) -> ElasticContact:
 def geometry_of(profiles: WheelRail | Cones, radius: float, crown: float, surface: Surface = "tread") -> Geometry:
     """Return the contact geometry of wheels with this nominal radius (m).
 
-    `crown` is the transverse radius of rails that cones roll on, m.
+    `crown` is the transverse radius of rails that cones roll on, m; others have a profile instead.
     """
+    crown = crown if isinstance(profiles, Cones) else 0.0
     return _cached_geometry(profiles, _profile_digests(profiles), radius, crown, surface)
 
 
