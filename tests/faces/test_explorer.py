@@ -251,11 +251,14 @@ def test_absurd_values_are_refused_beside_their_field_and_nothing_is_lost(
 def test_what_no_page_sends_ends_the_connection_and_not_the_server(explorer: Explorer) -> None:
     from websockets.exceptions import ConnectionClosed
 
-    for text in ("{", "[]", '"x"'):
+    odd = ('{"do": "look", "seq": "abc"}', '{"do": "look", "seq": 1e400}', "[" * 200_000, '{"do":' * 100_000)
+    for text in ("{", "[]", '"x"', *odd):
         with Page(explorer) as page:
             page.socket.send(text)
-            with pytest.raises(ConnectionClosed):
+            with pytest.raises(ConnectionClosed) as closed:
                 page.next("nothing")
+            assert closed.value.rcvd is not None
+            assert closed.value.rcvd.code == 4400
     with Page(explorer) as page:
         assert page.run["summary"]
 

@@ -23,6 +23,7 @@ from wheeltapper.diagnosis.wayside import database
 from wheeltapper.diagnosis.wayside.identities import Identity, named_wheels, read_identities, tagged
 from wheeltapper.diagnosis.wayside.sources import sources_in
 from wheeltapper.faces.cli import main
+from wheeltapper.ground.locks import locked
 
 ROOT = Path(__file__).parents[2]
 SITE = ROOT / "examples" / "detector.toml"
@@ -326,6 +327,66 @@ def test_a_site_with_seats_alone_has_pages_without_forces(tmp_path):
     assert page.wheels() == ["wheel-1-left", "wheel-2-left", "wheel-3-left"]
     assert "No wheel has a force" in page.text
     assert [round(float(row["relative_load"]), 1) for row in rows_of(output / "a.npz.csv")] == [1.0, 0.5, 1.0]
+
+
+# -- odd entries ------------------------------------------------------------------------------------------------------
+
+ODD = (b"\xff.npz", b"a" * 240 + b".npz", b"index", b"a.npz", b"a.npz.2", b"=HYPERLINK(1).npz", b"line\nbreak.npz")
+"""Names of recordings: no UTF-8, too long for its page, that of the index, those of one page, and formulae."""
+
+
+def odd_entries(folder):
+    """Make what cannot be a recording: links to itself and to nothing, a pipe, an empty and a half-written file."""
+    (folder / "loop.csv").symlink_to("loop.csv")
+    (folder / "loops").symlink_to("loops")
+    (folder / "dangling.npz").symlink_to("nowhere.npz")
+    os.mkfifo(folder / "pipe.csv")
+    (folder / "empty.npz").write_bytes(b"")
+    (folder / "half.npz").write_bytes((folder / "a.npz").read_bytes()[:5000])
+    (folder / "empty folder").mkdir()
+    shut = folder / "shut"
+    shut.mkdir(mode=0)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="file systems elsewhere refuse such names")
+def test_odd_names_and_entries_have_rows_and_pages_of_their_own(tmp_path, capsys):
+    folder, output = tmp_path / "in", tmp_path / "out"
+    folder.mkdir()
+    whole = tmp_path / "whole.npz"
+    written(whole, wagons=2)
+    for name in ODD:
+        place = os.fsencode(folder) + b"/" + name
+        if name.endswith(b".npz"):
+            shutil.copyfile(os.fsencode(whole), place)
+        else:
+            os.mkdir(place)
+            shutil.copyfile(os.fsencode(whole), place + b"/passage.npz")
+    odd_entries(folder)
+    assert reported(folder) == 0
+    said = capsys.readouterr()
+    assert f"{len(ODD) + 2} recordings: {len(ODD)} measured, 2 not read" in said.out
+    told = json.loads((output / "index.json").read_text(encoding="utf-8"))
+    pages = {one["name"]: one["trains"][0]["page"] for one in told["recordings"] if one["trains"]}
+    assert len(set(pages.values())) == len(ODD)
+    for name, page in pages.items():
+        assert len(Page(output / page).wheels()) == 16, name
+    assert "index.html" not in pages.values()
+    assert sorted(told["others"]) == ["dangling.npz", "empty folder", "loop.csv", "loops", "pipe.csv", "shut"]
+    (formula,) = (row["name"] for row in rows_of(output / "index.csv") if "HYPERLINK" in row["name"])
+    assert formula.startswith("'=")
+    changed = {page: (output / page).stat().st_mtime_ns for page in pages.values()}
+    assert reported(folder) == 0  # whatever is answered is not answered again
+    assert changed == {page: (output / page).stat().st_mtime_ns for page in pages.values()}
+
+
+def test_a_second_report_with_the_same_findings_is_refused(tmp_path, capsys):
+    folder, findings = tmp_path / "in", tmp_path / "out" / "findings.db"
+    folder.mkdir()
+    assert reported(folder) == 0
+    with locked(findings):
+        assert reported(folder) == 2
+    assert "findings.db: database: found a file that another process is filling" in capsys.readouterr().err
+    assert reported(folder) == 0
 
 
 # -- watching, and being killed ---------------------------------------------------------------------------------------

@@ -19,6 +19,7 @@ from wheeltapper.ask import fill as filling
 from wheeltapper.ask import spec
 from wheeltapper.ask import store as stores
 from wheeltapper.faces.cli import main
+from wheeltapper.ground.locks import locked
 
 SCENARIO = """
 speed = 9.0
@@ -196,7 +197,7 @@ def test_what_is_no_store_of_this_study_is_refused(tmp_path, capsys):
 
 def test_a_second_driver_is_refused(tmp_path, capsys):
     study, store = written(tmp_path), tmp_path / "map.zarr"
-    with stores.locked(store):
+    with locked(store):
         assert main(["sweep", str(study), "--output", str(store)]) == 2
     assert "another process" in capsys.readouterr().err
     assert main(["sweep", str(study), "--output", str(store)]) == 0

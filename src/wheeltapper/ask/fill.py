@@ -11,9 +11,10 @@ from math import prod
 from pathlib import Path
 from typing import Any
 
-from wheeltapper.ask.store import Store, locked
+from wheeltapper.ask.store import Store
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.locks import locked
 from wheeltapper.ground.notes import Shared, shared_notes
 from wheeltapper.ground.progress import progress_shown, report, say
 from wheeltapper.march.blocks import core_count

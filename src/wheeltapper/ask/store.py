@@ -7,9 +7,6 @@ twice writes the same bytes twice. Reading finds chunks that were lost or damage
 from __future__ import annotations
 
 import json
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from math import prod
 from pathlib import Path
@@ -23,7 +20,6 @@ from wheeltapper.ask.chart import chart_attributes, chart_dataset
 from wheeltapper.ask.spec import described_study
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError, brief
-from wheeltapper.ground.locks import lock
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Shared
 from wheeltapper.record.chart_store import (
@@ -269,23 +265,3 @@ class Store:
 
 def _plain_value(attrs: dict[str, Any]) -> dict[str, Any]:
     return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in attrs.items()}
-
-
-@contextmanager
-def locked(path: Path) -> Iterator[None]:
-    """Lock a store or a file for one process; a second one is refused. The lock ends with the process."""
-    place = path.with_name(path.name + ".lock")
-    with place.open("a+") as file:
-        if not _held_lock(file, place):
-            raise InputError(str(path), "--output", "a file that another process is filling", "one process at a time")
-        try:
-            yield
-        finally:
-            place.unlink(missing_ok=True)
-
-
-def _held_lock(file: Any, place: Path) -> bool:
-    try:  # a driver that has just ended may have removed the file that was opened
-        return lock(file) and os.path.samestat(os.fstat(file.fileno()), place.stat())
-    except OSError:
-        return False

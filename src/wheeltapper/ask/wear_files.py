@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from wheeltapper.ask.store import locked
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.locks import locked
 
 
 @contextmanager

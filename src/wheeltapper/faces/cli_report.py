@@ -34,7 +34,8 @@ def report(
     The same command goes on where it was stopped: a recording is answered once, and again only if its file, the site or
     the rules have changed. What cannot be read is a row of the index that says why.
 
-    Exit code 3: the command was stopped, or some recordings were not measured; the rest is done.
+    Exit code 3: the command was stopped, or failed on some recordings ("not measured"); the rest is done. A recording
+    that cannot be read ("not read") is answered: it does not count.
 
     Parameters
     ----------

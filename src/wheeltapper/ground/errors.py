@@ -24,6 +24,11 @@ def brief(told: object) -> str:
     return " ".join(str(told).split())[:120]
 
 
+def printable(text: str) -> str:
+    """Return a text that can be written, also of names of files that are no UTF-8: their bytes stand as escapes."""
+    return text.encode(errors="backslashreplace").decode()
+
+
 def nearest_name(name: str, names: Iterable[str]) -> str | None:
     """Return the name that was probably meant, also in other capitals or as a part of it; None if there is none."""
     by_small = {one.casefold(): one for one in names}
@@ -69,7 +74,7 @@ class InputError(ValueError):
     def __str__(self) -> str:
         where = ": ".join(part for part in (self.source, self.field) if part)
         text = f"{where}: found {self.found}" if where else f"found {self.found}"
-        return " ".join((f"{text}; allowed: {self.allowed}" if self.allowed else text).splitlines())
+        return printable(" ".join((f"{text}; allowed: {self.allowed}" if self.allowed else text).splitlines()))
 
     def at(self, source: str) -> InputError:
         """Return the same error with the file named, if none is named yet."""

@@ -95,7 +95,7 @@ class Desk:
         elif kept is not None:
             try:
                 new.scene = new.read_table(kept)
-            except (InputError, TypeError, ValueError) as error:
+            except (InputError, RecursionError, TypeError, ValueError) as error:
                 line = f"the last scene cannot be brought back: {error}"
         self.sessions[new.key] = new
         self.linked.add(new.key)

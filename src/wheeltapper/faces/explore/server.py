@@ -88,7 +88,7 @@ async def _serve(desk: Desk, socket: WebSocket) -> None:
             link.ask(json.loads(await socket.receive_text()))
     except (WebSocketDisconnect, GoneError):
         pass
-    except (json.JSONDecodeError, AttributeError, KeyError, TypeError):
+    except (ValueError, ArithmeticError, AttributeError, LookupError, TypeError, RecursionError):
         await socket.close(code=4400, reason="a message that no page sends")
     finally:
         link.end()

@@ -89,7 +89,7 @@ class Session:
                 self.scene = self._edited(one, path)
             except InputError as error:
                 refused.append(Refused(error.field or path, str(error)))
-            except (ArithmeticError, AttributeError, KeyError, OSError, TypeError, ValueError) as error:
+            except (ArithmeticError, AttributeError, KeyError, OSError, RecursionError, TypeError, ValueError) as error:
                 refused.append(Refused(path, f"{path}: {' '.join(str(error).split()) or type(error).__name__}"))
         if self.scene == before:
             self.scene = before  # with its record

@@ -14,7 +14,7 @@ from wheeltapper.diagnosis.wayside.measure import NO_FORCE, NO_STRIKES, STRIKES,
 from wheeltapper.diagnosis.wayside.sources import Source
 from wheeltapper.diagnosis.wayside.wheels import traces_of
 from wheeltapper.faces.report.pictures import evidence
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, printable
 from wheeltapper.record.limits.rule import Rule
 
 MEASURED, NO_TRAIN, NOT_READ, NOT_MEASURED = "measured", "no train", "not read", "not measured"
@@ -72,7 +72,7 @@ def answer_source(asked: Asked, source: Source) -> Answer:
     except InputError as error:
         return Answer(NOT_READ, str(error))
     except Exception as error:  # an error in one recording must not stop the others
-        return Answer(NOT_MEASURED, " ".join(f"found {type(error).__name__}: {error}".split()))
+        return Answer(NOT_MEASURED, printable(" ".join(f"found {type(error).__name__}: {error}".split())))
 
 
 def _train(found: Measured) -> Train:

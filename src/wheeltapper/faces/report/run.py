@@ -20,11 +20,14 @@ from wheeltapper.diagnosis.wayside.sources import Source, sources_in
 from wheeltapper.faces.exits import write_whole
 from wheeltapper.faces.report.answers import NOT_MEASURED, Answer, Asked, Train, answer_source
 from wheeltapper.faces.report.pages import LATEST, SUMMARY, courses_of, index_page, summary_of, train_page
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, printable
+from wheeltapper.ground.locks import locked
 from wheeltapper.ground.progress import progress_shown, report, say
 
 SHARE = 0.1
 """Share of the time that writing the index may take while recordings are answered."""
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""Beginnings of a cell that spreadsheets compute, or run."""
 TIME = 5.0
 """Shortest time between two writings of the index, s."""
 
@@ -110,7 +113,7 @@ class Report:
                 source.name, "" if failed else task.mark, passed[0], answer.answer, answer.reason
             )
             for number, train in enumerate(answer.trains, 1):
-                stem = source.name if number == 1 else f"{source.name}.{number}"
+                stem = source.stem(number)
                 alone = len(answer.trains) == 1
                 names, notes = named_wheels(train.finding.axles, task.identities if alone else [])
                 if task.identities and not alone:
@@ -143,7 +146,7 @@ class Report:
         self._took = self._written - begun
 
     def _write(self, name: str, text: str) -> None:
-        write_whole(self.places.output / name, text)
+        write_whole(self.places.output / name, printable(text))
 
 
 def _rows_of(train: Train, names: dict[tuple[int, str | None], str]) -> tuple[list[Any], list[Any]]:
@@ -180,8 +183,14 @@ def _as_csv(rows: Sequence[dict[str, Any]]) -> str:
     table = csv.DictWriter(written, names, lineterminator="\n")
     table.writeheader()
     for row in rows:
-        table.writerow({name: "; ".join(one) if isinstance(one, list) else one for name, one in row.items()})
+        table.writerow({name: _cell(one) for name, one in row.items()})
     return written.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    """Return what a table holds: lists joined, and no text that a spreadsheet would take for a formula."""
+    text = "; ".join(value) if isinstance(value, list) else value
+    return f"'{text}" if isinstance(text, str) and text.startswith(FORMULA) else text
 
 
 def make_report(asked: Asked, places: Places, workers: int | None, watch: float | None) -> dict[str, int]:
@@ -195,10 +204,11 @@ def make_report(asked: Asked, places: Places, workers: int | None, watch: float 
         Time between two looks at the folder, s, for ever; None: what is there now. A recording is taken once it has not
         changed between two looks.
     """
-    with closing(Report(asked, places, workers)) as making:
+    with closing(Report(asked, places, workers)) as making, locked(places.database, "database"):
         if watch is None:
             with progress_shown(True, "recordings"):
                 tasks = making.waiting(False)
+                report("recordings", 0, len(tasks))
                 for done, _ in enumerate(making.answer(tasks), 1):
                     report("recordings", done, len(tasks))
             making.write_index()
