@@ -147,5 +147,5 @@ def test_samples_over_more_than_a_wheel_s_circumference_are_refused():
     places = tuple(np.linspace(0.0, 4.0, 50))
     wheel = wt.OutOfRound(places=places, deviations=(1e-5,) * 50)
     scene = wt.Scenario(vehicle=wt.Wheelset(mass=1500, load=9e4), irregularity=wheel, speed=5, duration=0.01)
-    with pytest.raises(wt.InputError, match="irregularity: found samples over 4 m; allowed: less than one revolution"):
+    with pytest.raises(wt.InputError, match="irregularity: found samples over 4 m; allowed: at most one revolution"):
         wt.simulate(scene)

@@ -306,7 +306,7 @@ def test_unit_and_quantity_must_not_contradict(tmp_path):
 
 def test_missing_foreign_and_broken_files(tmp_path):
     refused(tmp_path / "none.csv", "no readable file")
-    refused(tmp_path / "a.xlsx", "the suffix '.xlsx'", ".csv")
+    refused(tmp_path / "a.doc", "the suffix '.doc'", ".csv")
     (tmp_path / "folder.csv").mkdir()
     refused(tmp_path / "folder.csv", "no readable file")
     for suffix in (".csv", ".csv.gz", ".wav", ".mat", ".npy", ".npz", ".nc"):

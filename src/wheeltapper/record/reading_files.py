@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from wheeltapper.describe.table.content import refuse_foreign
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.reading_arrays import read_mat, read_mdf, read_nc, read_npy, read_npz, read_tdms, read_wav
 from wheeltapper.record.reading_table import RecordingTable
@@ -24,6 +25,7 @@ def reader_of(path: Path) -> Reader:
     name = path.name.lower()
     reader = next((READERS[end] for end in sorted(READERS, key=len, reverse=True) if name.endswith(end)), None)
     if reader is None:
+        refuse_foreign(path)
         raise InputError("", "path", f"the suffix {path.suffix!r}", ", ".join(READERS))
     return reader
 

@@ -119,7 +119,7 @@ def choose_columns(
     clock = column_named(table.columns, "time", time, DIMENSIONS) if time is not None else _time_column(columns, wanted)
     if clock is not None and clock is wanted:
         raise InputError("", "time", f"the column {time!r} for times and samples", "two columns")
-    samples = wanted if wanted is not None else _sample_column([c for c in columns if c is not clock], quantity)
+    samples = wanted if wanted is not None else _sample_column(table, [c for c in columns if c is not clock], quantity)
     for each in (samples, clock):
         if each is not None and each.fault:
             raise each.fault
@@ -182,7 +182,7 @@ def _is_rising(values: NDArray[Any]) -> bool:
     return len(numbers) > 1 and float(np.mean(numbers[1:] > numbers[:-1])) >= RISING
 
 
-def _sample_column(columns: list[Column], quantity: Quantity | None) -> Column:
+def _sample_column(table: RecordingTable, columns: list[Column], quantity: Quantity | None) -> Column:
     """Return the only column that can be the samples."""
     if not columns:
         raise InputError("", "column", "no column of samples", "a column of an acceleration or a force")
@@ -193,4 +193,5 @@ def _sample_column(columns: list[Column], quantity: Quantity | None) -> Column:
     for narrowed in (fitting, [c for c in columns if plain_name(c) == SAMPLES]):
         if len(narrowed) == 1:
             return narrowed[0]
-    raise InputError("", "column", f"{len(columns)} columns that may be meant", f"one of: {column_list(columns)}")
+    listed = column_list(columns, table.columns)
+    raise InputError("", "column", f"{len(columns)} columns that may be meant", f"one of: {listed}")

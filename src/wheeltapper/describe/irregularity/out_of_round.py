@@ -24,7 +24,7 @@ class OutOfRound(Irregularity):
     """The radius deviation of a wheel over its circumference, periodic in 2π·R.
 
     Either harmonics, Δr = Σ amplitude·cos(order·θ + phase) with θ = (x - position)/R, or measured samples over the
-    angle (rad, deg) or the arc (m), closed to a ring.
+    angle (rad, deg) or the arc (m), closed to a ring; a last sample that is the first again is left out.
 
     Parameters
     ----------
@@ -132,12 +132,28 @@ class OutOfRound(Irregularity):
 
         return summed_at
 
-    def _measured_course(self, radius: float, turn: float) -> Course:
+    def _open_ring(self, turn: float) -> tuple[FloatArray, FloatArray]:
+        """Return the samples without a last one that is the first again, as measuring machines write it."""
         x, y = self.samples
-        arc = x * radius if self.over == "angle" else x
-        if arc[-1] - arc[0] >= turn * (1 + 1e-9):
-            found = f"samples over {arc[-1] - arc[0]:.6g} m"
-            raise InputError("", "irregularity", found, f"less than one revolution, {turn:.6g} m")
+        beyond, apart = x[-1] - x[0] - turn, float(np.median(np.diff(x)))
+        if beyond > 0.5 * apart:
+            found = f"samples over {x[-1] - x[0]:.6g} {self._unit}"
+            raise InputError("", "irregularity", found, f"at most one revolution, {turn:.6g} {self._unit}")
+        if beyond < -0.5 * apart:
+            return x, y
+        gap, allowed = abs(y[-1] - y[0]), max(6.0 * (self.noise or 0.0), float(np.abs(np.diff(y)).max()))
+        if gap > allowed:
+            found = f"samples that end after one revolution {gap:.3g} m beside where they began"
+            raise InputError("", "irregularity", found, f"the first sample again, within {allowed:.3g} m")
+        return x[:-1], y[:-1]
+
+    @property
+    def _unit(self) -> str:
+        return "rad" if self.over == "angle" else "m"
+
+    def _measured_course(self, radius: float, turn: float) -> Course:
+        arc, y = self._open_ring(turn / radius if self.over == "angle" else turn)
+        arc = arc * radius if self.over == "angle" else arc
         closed = np.append(arc, arc[0] + turn) + self.position
         heights = np.append(y, y[0])
         if radius not in self.forms:

@@ -209,8 +209,13 @@ def _header_number(settings: dict[str, str], key: str, default: float) -> float:
 
 
 def _miniprof_outline(lines: Lines, kind: Kind) -> Outline:
-    """Return the points of a MiniProf file: a header of KEY=VALUE, a blank line, rows of numbers."""
-    begin = next((i for i, (_, text) in enumerate(lines) if not text or _is_row(text)), len(lines))
+    """Return the points of a MiniProf file: a header of KEY=VALUE, a blank line, rows of numbers.
+
+    An old one begins with MINIPROF and has numbers in its header, too. One with sections has KEY=VALUE in several.
+    """
+    old = bool(lines) and lines[0][1].upper().startswith("MINIPROF")
+    lines = _of_one_profile(lines)
+    begin = next((i for i, (_, text) in enumerate(lines) if not text or (_is_row(text) and not old)), len(lines))
     pairs = [text.partition("=") for _, text in lines[:begin] if "=" in text and text[0] not in '"#!']
     header = {key.strip().upper(): value.strip() for key, _, value in pairs}
     body = [(number, text) for number, text in lines[begin:] if text]
@@ -227,6 +232,27 @@ def _miniprof_outline(lines: Lines, kind: Kind) -> Outline:
         y = x - _header_number(header, "WHEELDIAMETERTAPERLINE", FLANGE_BACK)
         return Outline(y, z - _at_datum(y, z))
     return Outline(x[np.argmax(z)] - x, z) if len(x) else Outline(x, z)  # x = 0 is the position of the instrument
+
+
+def _of_one_profile(lines: Lines) -> Lines:
+    """Return the lines of a file with sections as those of a file without: its header, a blank line, its points."""
+    begins = [i for i, (_, text) in enumerate(lines) if re.fullmatch(r"\[Profile\d+Points\]", text, re.IGNORECASE)]
+    if not begins:
+        return lines
+    ends = [next((j for j in range(i + 1, len(lines)) if lines[j][1].startswith("[")), len(lines)) for i in begins]
+    held = [(lines[i][1], lines[i + 1 : end]) for i, end in zip(begins, ends, strict=True)]
+    held = [one for one in held if any(_is_row(text) for _, text in one[1])]
+    if len(held) != 1:
+        found = f"{len(held)} profiles with points ({', '.join(name for name, _ in held)})" if held else "no points"
+        raise InputError("", "sections", found, "a file with the points of one profile")
+    (name, points), number = held[0], lines[begins[0]][0]
+    wanted = ("[fileinfo]", name.lower().replace("points", "info"))
+    header: Lines = []
+    section = ""
+    for line in lines:
+        section = line[1].lower() if line[1].startswith("[") else section
+        header += [line] if "=" in line[1] and section in wanted else []
+    return [*header, (number, ""), *points]
 
 
 def _at_datum(y: FloatArray, z: FloatArray) -> float:

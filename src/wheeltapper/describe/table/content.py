@@ -11,6 +11,23 @@ from wheeltapper.ground.errors import InputError
 
 LARGEST = 1e9
 """Largest size of an unpacked file, bytes, unless the caller allows more."""
+MICRO_IN_GBK = b"\xa6\xccm"
+"""A micrometre in the encoding of Chinese Windows: the one unit that another encoding would lose."""
+FOREIGN = {
+    ".json": ("a JSON file", "its columns as .csv"), ".xlsx": ("a spreadsheet", "the sheet saved as .csv"),
+    ".xls": ("a spreadsheet", "the sheet saved as .csv"), ".ods": ("a spreadsheet", "the sheet saved as .csv"),
+    ".uff": ("a universal file", "its data sets written as .csv, .npz or .mat"),
+    ".unv": ("a universal file", "its data sets written as .csv, .npz or .mat"),
+    ".parquet": ("a Parquet file", "its columns as .csv or .npz"), ".h5": ("an HDF5 file", "its data as .nc or .npz"),
+}  # fmt: skip
+"""Kinds of files that people bring, but that are not read: what they are, and the way out."""
+
+
+def refuse_foreign(path: Path) -> None:
+    """Refuse a file of a known kind that is not read, with the way out."""
+    kind = FOREIGN.get(path.suffix.lower())
+    if kind is not None:
+        raise InputError("", "path", f"{kind[0]} ({path.suffix})", kind[1])
 
 
 def file_content(path: Path, largest: float = LARGEST) -> bytes:
@@ -21,6 +38,7 @@ def file_content(path: Path, largest: float = LARGEST) -> bytes:
     InputError
         If it cannot be read, is broken, or holds more bytes than `largest`.
     """
+    refuse_foreign(path)
     try:
         if path.suffix.lower() != ".gz":
             check_size(path.stat().st_size, largest)
@@ -57,8 +75,8 @@ def decoded_text(whole: bytes) -> str:
     else:
         try:
             text = whole.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = whole.decode("latin-1")  # every byte is a character; a wrong one does not change numbers
+        except UnicodeDecodeError:  # in latin-1 every byte is a character; a wrong one does not change numbers
+            text = whole.decode("gbk" if MICRO_IN_GBK in whole else "latin-1", errors="replace")
     if "\0" in text:
         raise InputError("", "path", "a file that is not text", "a text file with columns of numbers")
     return text

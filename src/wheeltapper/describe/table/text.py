@@ -17,12 +17,17 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.table.content import LARGEST, decoded_text, file_content, numbered_lines
 from wheeltapper.describe.table.dialect import Dialect, Rows, check_unambiguous, dialect_of, usual_pattern
+from wheeltapper.describe.table.stamps import ALLOWED as STAMPS
+from wheeltapper.describe.table.stamps import seconds_of
 from wheeltapper.describe.table.units import is_unit, name_and_unit, plain_unit
 from wheeltapper.ground.errors import InputError, with_suggestion
 from wheeltapper.ground.quantities import UNITS
 
 COMMENT = ("#", "%", "!")
 ALLOWED = "a number, or NaN or nothing where a sample is missing"
+IN_BRACKETS = re.compile(r"\[[^\]]*\]")
+UNITS_ALONE = re.compile(r"(\[[^\]]*\]\s*){2,}")
+"""Units that stand above columns, with blanks between them whatever separates the columns."""
 Names = list[tuple[str, str]]
 """Names and units of columns."""
 
@@ -159,6 +164,8 @@ def _commented_names(text: str, dialect: Dialect, width: int, dimensions: tuple[
 
 def _header_cells(text: str, dialect: Dialect, width: int) -> list[str]:
     """Return the cells of a header; blanks do not separate a unit from its name, nor the words of a single column."""
+    if width > 1 and UNITS_ALONE.fullmatch(text):
+        return IN_BRACKETS.findall(text)
     if dialect.separator is not None:
         return [cell.strip('"') for cell in dialect.line_cells(text)]
     if width == 1:
@@ -177,7 +184,11 @@ def _number_columns(body: Rows, names: Names, dialect: Dialect, width: int) -> t
     columns = []
     for k, (name, unit) in enumerate(named):
         cells = [row[k] for row in rows]
-        if name or any(cells):
+        times = seconds_of(cells)
+        if times is not None:
+            wrong = None if times[1] is None else _fault(body[times[1]][0], name, cells[times[1]], STAMPS)
+            columns.append(TextColumn(name, unit or "s", times[0], wrong))
+        elif name or any(cells):
             columns.append(TextColumn(name, unit, *_column_values(cells, body, name, dialect)))
     return tuple(columns)
 
@@ -219,11 +230,14 @@ def _column_values(
         try:
             values[i] = dialect.cell_number(cell)
         except ValueError:
-            field = f"line {body[i][0]}, {name}" if name else f"line {body[i][0]}"
             mark = f"; decimals follow a {'comma' if dialect.decimal == ',' else 'point'}"
             mark = mark if re.fullmatch(r"[-+\d.,]+", cell) else ""
-            return values, InputError("", field, repr(cell[:40]), ALLOWED + mark)
+            return values, _fault(body[i][0], name, cell, ALLOWED + mark)
     return values, None
+
+
+def _fault(line: int, name: str, cell: str, allowed: str) -> InputError:
+    return InputError("", f"line {line}, {name}" if name else f"line {line}", repr(cell[:40]), allowed)
 
 
 class _Named(Protocol):
@@ -260,7 +274,8 @@ def column_named(columns: Sequence[C], argument: str, name: str | int, dimension
     raise InputError("", argument, repr(name), with_suggestion(wanted, [c.name for c in columns if c.name], listed))
 
 
-def column_list(columns: Sequence[_Named]) -> str:
-    """Return the names of columns, or their numbers if they have none."""
-    names = [c.name or str(i) for i, c in enumerate(columns)]
+def column_list(columns: Sequence[_Named], of: Sequence[_Named] | None = None) -> str:
+    """Return the names of columns, or if they have none their numbers among all `of` the file."""
+    numbers = {id(c): i for i, c in enumerate(columns if of is None else of)}
+    names = [c.name or str(numbers[id(c)]) for c in columns]
     return ", ".join(names[:12]) + (" …" if len(names) > 12 else "")
