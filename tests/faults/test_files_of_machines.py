@@ -161,3 +161,28 @@ def test_tabs_at_ends_and_units_between_blanks_are_read(micrometre, tmp_path):
     places, deviations = wt.OutOfRound(path=tmp_path / "a.dat").samples
     np.testing.assert_allclose(places, 1e-3 * np.arange(2880), rtol=0, atol=1e-12)
     np.testing.assert_allclose(deviations, 1e-6 * np.round(-1.9 * np.sin(np.arange(2880) / 50), 1), rtol=0, atol=1e-12)
+
+
+# -- quantities that are no deck's ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "name", ["axle box acceleration right", "Bogie frame acc", "axlebox", "car body vertical", "Achslager_3"]
+)
+def test_an_acceleration_of_something_else_is_not_taken_for_the_deck_s(name, tmp_path):
+    rows = "\n".join(f"{np.sin(0.01 * i):.6f}" for i in range(3000))
+    (tmp_path / "a.csv").write_text(f"# rate: 20 kHz\n# {name} [g]\n{rows}\n")
+    with pytest.raises(wt.InputError, match=r"quantity: found .* an acceleration of something else than a deck"):
+        wt.read_recording(tmp_path / "a.csv")
+    stated = wt.read_recording(tmp_path / "a.csv", quantity="deck acceleration")
+    (tmp_path / "b.csv").write_text(f"# quantity: deck acceleration\n# rate: 20 kHz\n# {name} [g]\n{rows}\n")
+    np.testing.assert_array_equal(wt.read_recording(tmp_path / "b.csv").samples, stated.samples)
+
+
+def test_a_quantity_that_is_not_diagnosed_is_not_called_a_misspelt_one(tmp_path):
+    (tmp_path / "a.csv").write_text("# rate: 20 kHz\n# a [g]\n0\n1\n0\n")
+    with pytest.raises(wt.InputError, match="something else than a deck"):
+        wt.read_recording(tmp_path / "a.csv", quantity="axle box acceleration")
+    (tmp_path / "b.csv").write_text("# quantity: axle box acceleration\n# rate: 20 kHz\n# a [g]\n0\n1\n0\n")
+    with pytest.raises(wt.InputError, match="something else than a deck"):
+        wt.read_recording(tmp_path / "b.csv")

@@ -314,8 +314,8 @@ def test_no_parameters_are_given_of_a_model_that_does_not_explain_the_recording(
     assert finding.estimate is None
     assert (told["estimates"], told["combinations"], told["impacts"]) == ({}, {}, None)
     assert "90 %" not in str(finding)
-    assert 0.0 < told["largest_force_deviation"] < 0.01 * finding.largest_force
-    assert f" ± {1e-3 * finding.largest_force_deviation:.1f} kN, " in str(finding)
+    assert told["largest_force_deviation"] is None
+    assert "±" not in str(finding)
     wt.plot(finding)
 
 

@@ -28,7 +28,7 @@ from wheeltapper.record.reading_table import (
     plain_name,
     speed_column,
 )
-from wheeltapper.record.reading_units import DIMENSIONS, column_meaning, has_number
+from wheeltapper.record.reading_units import DIMENSIONS, check_place, column_meaning, has_number
 from wheeltapper.record.reading_writing import write_recording
 from wheeltapper.record.recording import QUANTITIES, Quantity, Recording
 
@@ -98,6 +98,7 @@ def read_recording(
         largest = as_quantity(largest, "largest", "number")
         check_flag(apart, "apart")
         if quantity is not None:
+            check_place(str(quantity), "deck acceleration")
             check_choice(quantity, "quantity", QUANTITIES)
         for name, given in (("column", column), ("time", time)):
             if not (given is None or isinstance(given, str | Integral)) or isinstance(given, bool):
@@ -162,7 +163,10 @@ def _checked_recording(
     """Return the checked recording of a column."""
     facts = table.facts
     own_unit = plain_unit(column.unit or str(facts.get("unit", "")))
-    kind, factor, unit_notes = column_meaning(own_unit, unit, quantity or _stated_quantity(facts))
+    meant = quantity or _stated_quantity(facts)
+    kind, factor, unit_notes = column_meaning(own_unit, unit, meant)
+    if meant is None:
+        check_place(f"{column.name} {facts.get('quantity', '')}".strip(), kind)
     if table.full_scale and unit is not None and not has_number(unit):
         raise InputError("", "unit", f"{unit!r} for samples whose 1 is full scale", f'the full scale, as "10 {unit}"')
     grid = _sample_grid(table, column, clock, stated)

@@ -20,6 +20,30 @@ DIMENSIONS = ("time", "acceleration", "force", "speed")
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
 
 
+_ELSEWHERE = re.compile(
+    r"axle[\s_-]*box|axlebox|journal|bogie|car[\s_-]*body|carbody|achslager|radsatzlager|drehgestell|wagenkasten",
+    re.IGNORECASE,
+)
+"""Words for what accelerates besides a deck."""
+
+
+def check_place(text: str, quantity: str) -> None:
+    """Refuse an acceleration whose name says that it is none of a deck.
+
+    Raises
+    ------
+    InputError
+        If the name of the column or of its quantity has such a word.
+    """
+    word = _ELSEWHERE.search(text)
+    if quantity == "deck acceleration" and word is not None:
+        found = f"{text!r}, an acceleration of something else than a deck ({word[0]})"
+        allowed = (
+            "that of the deck; if it is, say so: quantity='deck acceleration', or a line '# quantity: ...' in the file"
+        )
+        raise InputError("", "quantity", found, allowed)
+
+
 def name_and_unit(header: str) -> tuple[str, str]:
     """Split a header into name and unit; "" if there is no unit."""
     return units.name_and_unit(header, DIMENSIONS)
