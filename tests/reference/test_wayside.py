@@ -199,10 +199,28 @@ def test_files_of_channels(tmp_path):
         np.savetxt(files[-1], samples[::2] / 1e3, header=f"rate: {RATE / 2} Hz\nunit: kN", fmt="%.4f")
     (again,) = measure_trains(files, site)
     assert np.allclose([a["speed"] for a in train.axles], [a["speed"] for a in again.axles], rtol=2e-3)
-    with pytest.raises(wt.InputError, match="no column '2'"):
-        measure_trains(files[:2], site)
+    (fewer,) = measure_trains(files[:-1], site)
+    assert fewer.notes[0] == f"not in the recording: the channels {list(one)[-1]!r}"
+    assert np.allclose([a["speed"] for a in train.axles], [a["speed"] for a in fewer.axles], rtol=2e-3)
+    found = f"no column for {len(one) - 1} of {len(one)} sensors"
+    with pytest.raises(wt.InputError, match=found):
+        measure_trains(files[:1], site)
     with pytest.raises(wt.InputError, match="a channel that is also in"):
         measure_trains([*files, tmp_path / "all.npz"], site)
+
+
+def test_a_table_that_ends_within_a_line_is_measured_and_said_to_be_cut(tmp_path):
+    site = site_of(LINE)
+    one = {name: recording.samples[::2] / 1e3 for name, recording in recorded(STEADY).items()}
+    head = f"rate: {RATE / 2} Hz\n{','.join(f'{name} [kN]' for name in one)}"
+    np.savetxt(tmp_path / "a.csv", np.column_stack([*one.values()]), header=head, fmt="%.4f", delimiter=",")
+    (whole,) = measure_trains(tmp_path / "a.csv", site)
+    text = (tmp_path / "a.csv").read_bytes()
+    (tmp_path / "a.csv").write_bytes(text[: text.rindex(b",") - 1])
+    (cut,) = measure_trains(tmp_path / "a.csv", site)
+    lines = text.count(b"\n")
+    assert cut.notes[0] == f"all channels: the file is cut off within its line {lines}, which is left out"
+    assert len(cut.axles) == len(whole.axles)
 
 
 # -- wheels that move fast over roughness, some with a flat -----------------------------------------------------------

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.table.content import LARGEST
-from wheeltapper.describe.table.text import column_named
+from wheeltapper.describe.table.text import column_list, column_named
 from wheeltapper.describe.table.units import plain_unit
 from wheeltapper.ground.arguments import as_path, as_quantity, check_choice, check_flag
 from wheeltapper.ground.errors import InputError, value_text
@@ -121,10 +121,10 @@ class Channel(NamedTuple):
 
 def read_channels_of(
     path: Path, wanted: Mapping[str, Channel], *, largest: float = LARGEST, apart: bool = False
-) -> dict[str, Recording]:
-    """Return the recordings of those channels, by their names, that are columns of a file; the file is read once.
+) -> tuple[dict[str, Recording], str]:
+    """Return the recordings of those channels, by their names, that are columns of a file, and a list of its columns.
 
-    A file of one column has the channel that is called like the file, without its suffix.
+    The file is read once. One with one column has the channel that is called like the file, without its suffix.
     """
     try:
         table = (read_apart if apart else read_file)(path, largest)
@@ -137,7 +137,7 @@ def read_channels_of(
             in_file = table.facts.get("rate")
             stated = _stated_rate(in_file, channel.rate)
             out[name] = _checked_recording(path, table, samples, clock, channel.quantity, channel.unit, stated, None)
-        return out
+        return out, column_list(table.columns)
     except InputError as error:
         raise error.at(str(path)) from None
 
@@ -178,6 +178,7 @@ def _checked_recording(
     written += [f"not understood in the file: {text}" for text in facts.get("words", ())]
     told, told_notes = speed_column(table) if speed is None else (None, ())
     pace, pace_notes = _speed_and_note(facts.get("speed", told), speed)
+    written += [] if table.cut is None else [f"the file is cut off within its line {table.cut}, which is left out"]
     notes = (*written, *unit_notes, *grid.notes, *found, *ends, *size_notes(samples, kind), *told_notes, *pace_notes)
     truth = facts.get("truth", {})
     return Recording(

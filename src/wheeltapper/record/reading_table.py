@@ -81,6 +81,8 @@ class RecordingTable:
         Whether a 1 is the end of a range that the file does not state.
     blank
         The first empty line between samples; it is an error if there are no times that show what is missing there.
+    cut
+        The last line, if the file ends within it.
     """
 
     columns: tuple[Column, ...]
@@ -88,6 +90,7 @@ class RecordingTable:
     lines: NDArray[np.int64] | None = None
     full_scale: bool = False
     blank: int | None = None
+    cut: int | None = None
 
     def row_place(self, row: int) -> str:
         """Return the place of a row in the file."""

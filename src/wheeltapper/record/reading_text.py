@@ -28,9 +28,11 @@ def read_text(path: Path, largest: float) -> RecordingTable:
 
     Comments and lines above the numbers may state rate, unit, quantity or speed ("# rate: 20 kHz").
     """
-    found = read_text_table(path, DIMENSIONS, largest=largest, states=lambda text: _parsed_fact(text) is not None)
+    found = read_text_table(
+        path, DIMENSIONS, largest=largest, states=lambda text: _parsed_fact(text) is not None, may_be_cut=True
+    )
     columns = tuple(Column(c.name, c.values, c.unit, loose=True, fault=c.fault) for c in found.columns)
-    return RecordingTable(columns, _stated_facts(found.beside), found.lines, blank=found.blank)
+    return RecordingTable(columns, _stated_facts(found.beside), found.lines, blank=found.blank, cut=found.cut)
 
 
 def _parsed_fact(text: str) -> tuple[str, str] | None:

@@ -56,17 +56,20 @@ class TextTable:
         Comments, and the lines above the numbers.
     blank
         The first empty line between the numbers.
+    cut
+        The last line, if the file ends within it; it is left out.
     """
 
     columns: tuple[TextColumn, ...]
     lines: NDArray[np.int64]
     beside: Rows
     blank: int | None
+    cut: int | None = None
 
 
 def read_text_table(
     path: Path, dimensions: tuple[str, ...], *, largest: float = LARGEST, fewest: int = 1,
-    states: Callable[[str], bool] = lambda _: False,
+    states: Callable[[str], bool] = lambda _: False, may_be_cut: bool = False,
 ) -> TextTable:  # fmt: skip
     """Return the table in a text file, which may be gzipped.
 
@@ -83,6 +86,8 @@ def read_text_table(
     states
         A function: whether a line above the numbers states a fact, so that it is neither a header nor a line of
         numbers.
+    may_be_cut
+        Whether the file may end within a line. Else such a line is refused.
 
     Raises
     ------
@@ -90,13 +95,15 @@ def read_text_table(
         If there are no numbers, or they can be read in two ways; without the file's name.
     """
     return text_table(
-        numbered_lines(decoded_text(file_content(path, largest))), dimensions, fewest=fewest, states=states
-    )
+        numbered_lines(decoded_text(file_content(path, largest))), dimensions, fewest=fewest, states=states,
+        may_be_cut=may_be_cut,
+    )  # fmt: skip
 
 
 def text_table(
-    lines: Rows, dimensions: tuple[str, ...], *, fewest: int = 1, states: Callable[[str], bool] = lambda _: False
-) -> TextTable:
+    lines: Rows, dimensions: tuple[str, ...], *, fewest: int = 1, states: Callable[[str], bool] = lambda _: False,
+    may_be_cut: bool = False,
+) -> TextTable:  # fmt: skip
     """Return the table in lines of text, as `read_text_table`."""
     comments = [(i, text.lstrip("#%! \t")) for i, text in lines if text.startswith(COMMENT)]
     rows = [(i, text) for i, text in lines if text.strip(";,\t ") and not text.startswith(COMMENT)]
@@ -116,8 +123,12 @@ def text_table(
         names = _commented_names(before[-1][1], dialect, width, dimensions)
     check_unambiguous(body, dialect, len(names), fewest)
     blank = next((i for i, text in lines if not text and body[0][0] < i < body[-1][0]), None)
-    columns = _number_columns(body, names, dialect, len(names) or width)
-    return TextTable(columns, np.array([i for i, _ in body]), [*comments, *head], blank)
+    last, text = body[-1]
+    width = len(names) or width
+    is_cut = may_be_cut and len(body) > 1 and lines[-1][0] == last and len(dialect.line_cells(text)) < width
+    body = body[:-1] if is_cut else body
+    columns = _number_columns(body, names, dialect, width)
+    return TextTable(columns, np.array([i for i, _ in body]), [*comments, *head], blank, last if is_cut else None)
 
 
 def _first_number_line(rows: Rows, dialect: Dialect, pattern: tuple[bool, ...], states: Callable[[str], bool]) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,8 @@ STRIKES = 2000.0
 """Cut-off of the forces in which strikes are looked for, Hz: at high speeds those of flats are short."""
 BLOCKS, SHORTEST_BLOCK = 16, 4.0
 """Number of blocks of which each gives one point of the first zero line, and their least length, s."""
+MOST = 5
+"""Names that a message lists."""
 FOOT = 0.3
 """Share of the samples below the first zero line: wheels stand on a sensor for less than half of the time."""
 
@@ -85,7 +87,7 @@ def read_channels(files: Any, site: Site | str | Path, *, apart: bool = False) -
     Raises
     ------
     InputError
-        If a file cannot be read, two files hold the same channel, or one is in none of them.
+        If a file cannot be read, two files hold the same channel, or more than half of the channels are in none.
     """
     site, what = as_any_site(site), "paths of recordings"
     paths = [
@@ -99,17 +101,26 @@ def read_channels(files: Any, site: Site | str | Path, *, apart: bool = False) -
     if deck:
         wanted[deck] = Wanted("deck acceleration", None, site.sensor.rate)
     found: dict[str, Recording] = {}
+    columns = []
     for path in paths:
-        here = read_channels_of(path, wanted, apart=apart)
+        here, named = read_channels_of(path, wanted, apart=apart)
+        columns.append(named)
         twice = next((name for name in here if name in found), None)
         if twice is not None:
             raise InputError(str(path), twice, f"a channel that is also in {found[twice].source}", "one file for each")
         found |= here
-    lost = [name for name in wanted if name not in found and name != deck]
-    if lost:
-        source = str(paths[0]) if len(paths) == 1 else ""
-        raise InputError(source, "sensor.name", f"no column {lost[0]!r}", "a column or a file for each sensor")
+    source = str(paths[0]) if len(paths) == 1 else ""
+    _check_enough(site.sensors, found, source, f"; there are {'; '.join(columns[:MOST])}")
     return found
+
+
+def _check_enough(sensors: Sequence[Sensor], found: Mapping[str, Any], source: str = "", columns: str = "") -> None:
+    """Refuse recordings of less than half of the sensors: a single one that is lost costs its channel alone."""
+    lost = [one.name for one in sensors if one.name not in found]
+    if 2 * len(lost) > len(sensors):
+        listed = ", ".join(map(repr, lost[:MOST])) + (" …" if len(lost) > MOST else "")
+        what = f"no column for {len(lost)} of {len(sensors)} sensors ({listed})"
+        raise InputError(source, "sensor.name", what, f"a column or a file for each sensor{columns}")
 
 
 def _sensors_of(site: Site) -> tuple[Sensor, ...]:
@@ -128,10 +139,9 @@ def channels_of(recordings: Mapping[str, Recording] | Iterable[str | Path] | str
             raise InputError("", "recordings", f"{name!r}", with_suggestion(str(name), sensors))
         if not isinstance(one, Recording) or one.quantity != "force":
             raise InputError("", f"recordings.{name}", f"{one!r}"[:80], "a Recording of a force")
-    lost = next((name for name in sensors if name not in found), None)
-    if lost is not None:
-        raise InputError("", "recordings", f"none of the sensor {lost!r}", "a recording of each sensor of the site")
-    return sorted((_channel(one, found[name], site) for name, one in sensors.items()), key=lambda one: one.place)
+    _check_enough(site.sensors, found)
+    there = (_channel(one, found[name], site) for name, one in sensors.items() if name in found)
+    return sorted(there, key=lambda one: one.place)
 
 
 def _channel(sensor: Sensor, recording: Recording, site: Site) -> Channel:
@@ -145,9 +155,8 @@ def _channel(sensor: Sensor, recording: Recording, site: Site) -> Channel:
     if lost.any():
         there = np.flatnonzero(~lost)
         forces = np.interp(np.arange(len(forces)), there, forces[there])
-    notes = tuple(f"channel {sensor.name!r}: {note}" for note in recording.notes)
     return Channel(
-        sensor, place, float(length), recording.rate, recording.start, forces, lost | recording.clipped, notes
+        sensor, place, float(length), recording.rate, recording.start, forces, lost | recording.clipped, recording.notes
     )
 
 

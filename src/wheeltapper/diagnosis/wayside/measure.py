@@ -101,7 +101,7 @@ class Measured(NamedTuple):
 
 
 def trains_in(
-    channels: Iterable[Channel], site: Site, rules: tuple[Rule, ...], distances: Sequence[float | str] | None,
+    channels: Sequence[Channel], site: Site, rules: tuple[Rule, ...], distances: Sequence[float | str] | None,
     name: str, date: str,
 ) -> list[Measured]:  # fmt: skip
     """Return the trains in a site's channels, in the order of time."""
@@ -111,7 +111,9 @@ def trains_in(
         if distances is None
         else [as_quantity(one, "distances", "length") for one in as_list(distances, "distances", what)]
     )
-    sound, notes = sound_channels(list(channels))
+    lost = [one.name for one in site.sensors if all(one.name != channel.sensor.name for channel in channels)]
+    absent = [f"not in the recording: the channels {', '.join(map(repr, lost))}"] if lost else []
+    sound, notes = sound_channels(channels)
     several = [pulses_of(channel) for channel in sound]
     uncounted, more = doubtful_gains(several)
     trains = []
@@ -123,7 +125,7 @@ def trains_in(
             wrong = {n for n, one in enumerate(several) if one.channel.sensor.name in exchanged}
             sides = sides_of(found, several, site.wheel_radius, uncounted | wrong)
         of_axles = (*misfits(found, several), *lost_axles(found.pulses, several))
-        found = replace(found, notes=(*notes, *more, *said, *of_axles, *found.notes))
+        found = replace(found, notes=(*absent, *notes, *more, *said, *of_axles, *found.notes))
         trains.append(Measured(_train(found, several, sides, site, rules, name, date), found, several))
     return trains
 
@@ -142,6 +144,19 @@ def with_deck(
     return [one._replace(finding=with_models(one.finding, deck, site, diagnosed)) for one in found]
 
 
+def _notes_of_channels(several: Sequence[Pulses]) -> list[str]:
+    """Return the notes of channels, each once with the channels that it is about."""
+    about: dict[str, list[str]] = {}
+    for pulses in several:
+        for note in pulses.channel.notes:
+            about.setdefault(note, []).append(pulses.channel.sensor.name)
+    said = []
+    for note, names in about.items():
+        which = f"channel {names[0]!r}" if len(names) == 1 else f"channels {', '.join(map(repr, names))}"
+        said.append(f"{'all channels' if len(names) == len(several) > 1 else which}: {note}")
+    return said
+
+
 def _train(
     passage: Passage, several: Sequence[Pulses], sides: Sequence[Side], site: Site, rules: tuple[Rule, ...], name: str,
     date: str,
@@ -154,7 +169,7 @@ def _train(
             for axle in axles:
                 entry = _entry(axle, passage, sides, seats, site)
                 entries.append(entry | {"vehicle": number, "bogie": bogie})
-    notes = [*site_notes(site), *(note for pulses in several for note in pulses.channel.notes)]
+    notes = [*site_notes(site), *_notes_of_channels(several)]
     alone = [str(one.axles[0] + 1) for one in vehicles if one.kind == "alone"]
     if alone and len(vehicles) > 1:
         notes.append(f"axles {', '.join(alone)}: by the distances in no vehicle; perhaps an axle beside them was lost")
