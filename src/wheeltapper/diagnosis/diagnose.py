@@ -301,10 +301,8 @@ def _finding_of(case: Case) -> Finding:
     size, interval = _size_of(case, verdict, fit)
     forces, seen = _model_forces(case, fit)
     if verdict == NOT_EXPLAINED:
-        forces, alike = (
-            measured_forces(case)._replace(deviation=np.nan),
-            (),
-        )  # nothing says that site and sensor are right
+        # What nothing explains need not be what the site says it is: its noise tells no error.
+        forces, alike = measured_forces(case)._replace(deviation=np.nan), ()
     elif case.omitted is not None:
         forces = forces_with_unexplained(case, forces)
     return Finding(
