@@ -12,8 +12,8 @@ import pytest
 import xarray as xr
 
 import wheeltapper as wt
-from wheeltapper.ask import store as stores
 from wheeltapper.ask import wear as wearing
+from wheeltapper.ground.locks import locked
 
 SCENE = wt.Scenario(
     vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4, radius=0.46),
@@ -76,7 +76,7 @@ def test_a_folder_that_is_not_there_is_refused_before_anything_is_computed(tmp_p
 
 def test_two_processes_do_not_write_one_file(tmp_path):
     with (
-        stores.locked(tmp_path / "wear.nc"),
+        locked(tmp_path / "wear.nc"),
         pytest.raises(wt.InputError, match="another process is filling; allowed: one process at a time"),
     ):
         wt.wear_in(SCENE, 1, store=tmp_path / "wear.nc")
