@@ -109,6 +109,11 @@ class Sensor(Noun):
             raise InputError("", "x", found, "either x or seat")
         return self
 
+    @property
+    def ends(self) -> tuple[float, float] | None:
+        """Where the piece of rail that it weighs begins and ends, m; None for other kinds."""
+        return None if self.x1 is None or self.x2 is None else (float(self.x1), float(self.x2))
+
 
 def _fields_text(kind: str) -> str:
     """Return which fields a sensor of a kind has, for messages."""

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from wheeltapper.diagnosis.wayside.channels import read_channels as read_channels
     from wheeltapper.diagnosis.wayside.measure import calibrated as calibrated
     from wheeltapper.diagnosis.wayside.measure import measure_trains as measure_trains
+    from wheeltapper.diagnosis.wayside.seen import blind_shares as blind_shares
     from wheeltapper.record.limits.rule import read_rules as read_rules
     from wheeltapper.record.read_recording import write_recording as write_recording
     from wheeltapper.record.recording import Recording as Recording
@@ -48,6 +49,7 @@ _HOMES = {
     "Sensor": "describe.sensor",
     "Site": "describe.site",
     "assess": "diagnosis.performance",
+    "blind_shares": "diagnosis.wayside.seen",
     "calibrated": "diagnosis.wayside.measure",
     "combinations": "diagnosis.inference.combinations",
     "diagnose_all": "diagnosis.folder",

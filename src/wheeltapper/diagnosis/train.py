@@ -13,7 +13,7 @@ import numpy as np
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.describe.track.stiff import StiffTrack
-from wheeltapper.diagnosis.alarms import Alarm, alarms_of, wheel_forces
+from wheeltapper.diagnosis.alarms import Alarm, Untested, compared, untested_lines, wheel_forces
 from wheeltapper.diagnosis.diagnose import diagnose
 from wheeltapper.diagnosis.faults.base import CATALOGUE
 from wheeltapper.diagnosis.finding import HEALTHY, KIP, NOT_EXPLAINED, Finding
@@ -39,11 +39,11 @@ COLUMNS = (
     ("model", "model", "s"),
     ("probability", "probability", ".3f"), ("size", "size", "s"), ("axle_kn", "axle kN", ".1f"),
     ("left_right", "left-right", "+.3f"), ("relative_load", "load/median", ".2f"),
-    ("strikes", "strikes", "d"), ("repeats_after", "every m", ".2f"),
+    ("strikes", "strikes", "d"), ("strike_kn", "hardest kN", ".1f"), ("repeats_after", "every m", ".2f"),
     ("alarms", "alarms", "s"),
 )  # fmt: skip
 """Columns of the table: key, heading, and the format of the values."""
-OF_WHEELS = ("vehicle", "side", "axle_kn", "left_right", "strikes", "repeats_after")
+OF_WHEELS = ("vehicle", "side", "axle_kn", "left_right", "strikes", "strike_kn", "repeats_after")
 """Columns that only trains have whose wheels were measured each by itself."""
 OF_SEATS = ("relative_load",)
 """Columns that only trains have that passed over sensors at seats."""
@@ -65,7 +65,7 @@ class TrainFinding(Shown):
     site
         Site of the recordings.
     rules, alarms
-        The rules that were compared, and the alarms that were raised.
+        The rules that were given, and the alarms that were raised.
     name, date
         Name of the train, and date of its passage, as given.
     healthy_ratio
@@ -79,6 +79,8 @@ class TrainFinding(Shown):
         Of such a train: for each vehicle its number, kind, first_axle, last_axle, axles, wheelbases (m), distance of
         its outer axles (m), load (N), and left_right, front_rear and diagonal: (a - b)/(a + b) of the loads of its
         sides, its outer bogies, and front left with rear right against the others.
+    untested
+        The rules that were not measured, or not wholly, and what was.
     """
 
     axles: tuple[dict[str, Any], ...]
@@ -91,11 +93,12 @@ class TrainFinding(Shown):
     findings: tuple[Finding, ...] = ()
     notes: tuple[str, ...] = ()
     vehicles: tuple[dict[str, Any], ...] = ()
+    untested: tuple[Untested, ...] = ()
 
     def alarms_at(self, axle: int) -> tuple[Alarm, ...]:
-        """Return the alarms of one wheelset, numbered from 1."""
+        """Return the alarms of one wheelset, numbered from 1, without those of its vehicle and of the train."""
         axle = as_count(axle, "axle", 1, len(self.axles))
-        return tuple(alarm for alarm in self.alarms if alarm.axle == axle)
+        return tuple(alarm for alarm in self.alarms if alarm.axle == axle and alarm.of_wheels)
 
     def table(self) -> list[dict[str, Any]]:
         """Return one row per wheelset, or per wheel where each was measured; None stands for what does not exist.
@@ -104,8 +107,9 @@ class TrainFinding(Shown):
         ((peak - static) over static), level_kn (peak on level track), forces_from ("model" or "recording"), verdict,
         probability, size (as text), alarms (names of the rules). Forces are those of the wheelset, in kN and in kips.
         In a row of a wheel they are the wheel's, and there are vehicle, side, axle_kn (static force of the axle),
-        left_right ((left - right) over their sum), strikes (their number), repeats_after (m, if it is a wheel's
-        circumference); with sensors at seats relative_load (over the train's median wheel); with a deck's model model
+        left_right ((left - right) over their sum), strikes (their number), strike_kn (the force of the hardest, below
+        2 kHz, while peak_kn is below 500 Hz), repeats_after (m, if it is a wheel's circumference);
+        with sensors at seats relative_load (over the train's median wheel); with a deck's model model
         (its verdict on the axle).
         """
         rows = []
@@ -129,7 +133,12 @@ class TrainFinding(Shown):
         of_decks = any("model" in entry for entry in self.axles)
         models = ("level_kn",) if of_decks else (*OF_MODELS, "model")
         left_out = (models if measured else (*OF_WHEELS, "model")) + (() if at_seats else OF_SEATS)
-        return [column for column in COLUMNS if column[0] not in left_out]
+        band = " <500 Hz" if measured else ""
+        return [
+            (key, heading + band if key == "peak_kn" else heading, form)
+            for key, heading, form in COLUMNS
+            if key not in left_out
+        ]
 
     def _wheel_row(self, number: int, entry: Mapping[str, Any], wheel: Mapping[str, Any]) -> dict[str, Any]:
         row = self._axle_row(number, {**entry, **wheel})
@@ -139,9 +148,11 @@ class TrainFinding(Shown):
             row |= {"model": model["verdict"], "probability": model["probabilities"].get(model["verdict"])}
             row["size"] = _size_text(model)
         alarms = [one.rule.name for one in self.alarms_at(number) if one.side in ("", side or "")]
+        excess = [one["excess"] for one in wheel["strikes"]]
         more = {
             "vehicle": entry["vehicle"], "side": side, "axle_kn": None if load is None else 1e-3 * load,
             "left_right": entry["left_right"], "strikes": len(wheel["strikes"]),
+            "strike_kn": 1e-3 * (wheel["static_force"] + max(excess)) if excess else None,
             "repeats_after": wheel["repeats_after"], "relative_load": wheel.get("relative_load"), "alarms": alarms,
         }  # fmt: skip
         return {key: (row | more)[key] for key, _, _ in self.columns()}
@@ -187,7 +198,9 @@ class TrainFinding(Shown):
             "healthy_dynamic_ratio": _or_none(self.healthy_ratio),
             "axles": axles,
             **({"vehicles": list(self.vehicles)} if self.vehicles else {}),
+            "alarms": [one.to_dict() for one in self.alarms if not one.of_wheels],
             "rules": [rule.to_dict() for rule in self.rules],
+            "not_measured": [one.to_dict() for one in self.untested],
             "notes": list(self._train_notes()),
         }
 
@@ -197,12 +210,13 @@ class TrainFinding(Shown):
         count = f"{len(self.axles)} axles, {self._faulty_text()}"
         lines = [f"{head}: {count}" if head else count, *_aligned_lines(self.table(), self.columns())]
         lines += [_vehicle_line(vehicle) for vehicle in self.vehicles]
+        lines += [str(alarm) for alarm in self.alarms if not alarm.of_wheels]
         for axle in range(1, len(self.axles) + 1):
             alarms = self.alarms_at(axle)
             lines += [str(alarm) for alarm in alarms[:FEWEST]]
             if len(alarms) > FEWEST:
                 lines.append(f"axle {axle}: and {len(alarms) - FEWEST} more alarms")
-        return "\n".join([*lines, *self._train_notes()])
+        return "\n".join([*lines, *untested_lines(self.untested), *self._train_notes()])
 
     def _faulty_text(self) -> str:
         rows = self.table()
@@ -317,9 +331,10 @@ def train_of(
     ratio = healthy_ratio(site)
     entries = tuple(_train_entry(one, site, ratio) for one in found)
     chosen = as_rules(rules, countries)
+    alarms, untested = compared(entries, chosen, site)
     return TrainFinding(
-        entries, site, chosen, alarms_of(entries, chosen, site), name, date, ratio,
-        findings if len(findings) == len(entries) else (),
+        entries, site, chosen, alarms, name, date, ratio, findings if len(findings) == len(entries) else (),
+        untested=untested,
     )  # fmt: skip
 
 

@@ -24,11 +24,11 @@ LINES = {
     "largest_force": ("largest", GREEN, ":"),
 }
 """Label, colour and line of each force."""
-HEAVIEST = {"wheel": 150e3, "axle": 300e3}
+HEAVIEST = {"wheel": 150e3, "axle": 300e3, "vehicle": 1.5e6, "train": 4e7}
 """Largest static force over which a limit is drawn, N."""
 DIAMETERS, FASTEST = (0.3, 1.3), 400.0
 """Diameters of wheels (m) and speeds (km/h) among which a limit is shown to apply."""
-UNITS = {"force": (1e-3, "kN"), "length": (1e3, "mm"), "number": (1.0, "ratio")}
+UNITS = {"force": (1e-3, "kN"), "length": (1e3, "mm"), "speed": (3.6, "km/h"), "number": (1.0, "ratio")}
 """Factor from SI and unit in which a limit is drawn."""
 
 

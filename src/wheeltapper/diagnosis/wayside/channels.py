@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.sensor import BETWEEN_GAUGES, Sensor
+from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site, as_any_site
 from wheeltapper.ground.arguments import as_list, as_path
 from wheeltapper.ground.errors import InputError, with_suggestion
@@ -145,10 +145,9 @@ def channels_of(recordings: Mapping[str, Recording] | Iterable[str | Path] | str
 
 
 def _channel(sensor: Sensor, recording: Recording, site: Site) -> Channel:
-    if sensor.kind in BETWEEN_GAUGES:
-        assert sensor.x1 is not None
-        assert sensor.x2 is not None
-        place, length = 0.5 * (sensor.x1 + sensor.x2), sensor.x2 - sensor.x1
+    if sensor.ends is not None:
+        x1, x2 = sensor.ends
+        place, length = 0.5 * (x1 + x2), x2 - x1
     else:
         place, length = sensor.x if sensor.x is not None else (sensor.seat or 0) * (site.spacing or 0.0), np.nan
     forces, lost = recording.samples / sensor.gain, np.isnan(recording.samples)

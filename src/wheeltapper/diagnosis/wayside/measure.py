@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wheeltapper.describe.site import Site, as_any_site
-from wheeltapper.diagnosis.alarms import alarms_of
+from wheeltapper.diagnosis.alarms import compared
 from wheeltapper.diagnosis.train import TrainFinding
 from wheeltapper.diagnosis.wayside.axles import Passage, passages_of, with_known_distances
 from wheeltapper.diagnosis.wayside.channels import PEAKS, Channel, FloatArray, channels_of, read_channels
@@ -25,6 +25,7 @@ from wheeltapper.diagnosis.wayside.doubts import (
     spans_text,
 )
 from wheeltapper.diagnosis.wayside.pulses import Pulses, pulses_of
+from wheeltapper.diagnosis.wayside.seen import blind_shares
 from wheeltapper.diagnosis.wayside.vehicles import Vehicle, vehicles_of
 from wheeltapper.diagnosis.wayside.wheels import Side, imbalance, seats_of, sides_of, turn_between
 from wheeltapper.ground.arguments import as_list, as_quantity, check_choice, check_text
@@ -116,14 +117,15 @@ def trains_in(
     sound, notes = sound_channels(channels)
     several = [pulses_of(channel) for channel in sound]
     uncounted, more = doubtful_gains(several)
+    cutoffs = {rule.low_pass for rule in rules if isfinite(rule.low_pass) and not rule.sliding_mean}
     trains = []
     for passage in passages_of(several):
         found = passage if known is None else with_known_distances(passage, known)
-        sides = sides_of(found, several, site.wheel_radius, uncounted)
+        sides = sides_of(found, several, site.wheel_radius, uncounted, cutoffs)
         exchanged, said = exchanged_sides(sides)
         if exchanged:
             wrong = {n for n, one in enumerate(several) if one.channel.sensor.name in exchanged}
-            sides = sides_of(found, several, site.wheel_radius, uncounted | wrong)
+            sides = sides_of(found, several, site.wheel_radius, uncounted | wrong, cutoffs)
         of_axles = (*misfits(found, several), *lost_axles(found.pulses, several))
         found = replace(found, notes=(*absent, *notes, *more, *said, *of_axles, *found.notes))
         trains.append(Measured(_train(found, several, sides, site, rules, name, date), found, several))
@@ -173,10 +175,12 @@ def _train(
     alone = [str(one.axles[0] + 1) for one in vehicles if one.kind == "alone"]
     if alone and len(vehicles) > 1:
         notes.append(f"axles {', '.join(alone)}: by the distances in no vehicle; perhaps an axle beside them was lost")
-    notes += [*passage.notes, *_lost_forces(sides), *_what_forces_are(several)]
+    notes += [*passage.notes, *_lost_forces(sides), *_what_forces_are(several), *_blind(site, passage)]
+    told = tuple(_vehicle(number, one, entries) for number, one in enumerate(vehicles, 1))
+    alarms, untested = compared(entries, rules, site, told)
     return TrainFinding(
-        tuple(entries), site, rules, alarms_of(entries, rules, site), name, date, notes=tuple(dict.fromkeys(notes)),
-        vehicles=tuple(_vehicle(number, one, entries) for number, one in enumerate(vehicles, 1)),
+        tuple(entries), site, rules, alarms, name, date, notes=tuple(dict.fromkeys(notes)), vehicles=told,
+        untested=untested,
     )  # fmt: skip
 
 
@@ -218,7 +222,12 @@ def _wheel(axle: int, side: Side, site: Site) -> dict[str, Any]:
         "verdict": NO_FORCE if not seen else STRIKES if strikes else NO_STRIKES,
         "static_force": float(side.mean[axle]) if seen else None,
         "static_uncertainty": float(np.sqrt(np.sum(np.square(gains))) / len(gains)) if gains else None,
-        "largest_force": float(side.peak[axle]) if seen else None,
+        "largest_force": float(side.below[PEAKS][0][axle]) if seen else None,
+        "largest_below": [
+            {"frequency": cutoff, "force": float(force[axle]), "turn_seen": _or_none(share[axle])}
+            for cutoff, (force, share) in sorted(side.below.items())
+            if isfinite(force[axle])
+        ],
         "strikes": [one._asdict() for one in strikes],
         "repeats_after": turn,
         "channels": means,
@@ -250,6 +259,10 @@ def _vehicle(number: int, vehicle: Vehicle, entries: Sequence[Mapping[str, Any]]
 def _loads(entries: Sequence[Mapping[str, Any]], axles: Iterable[int], side: str) -> float | None:
     """Return the static force of one side of axles, N, or None."""
     return _sum([next((w["static_force"] for w in entries[a]["wheels"] if w["side"] == side), None) for a in axles])
+
+
+def _or_none(value: float) -> float | None:
+    return float(value) if isfinite(value) else None
 
 
 def _sum(values: Sequence[float | None]) -> float | None:
@@ -286,6 +299,17 @@ def _what_forces_are(several: Sequence[Pulses]) -> list[str]:
     if {one.side for one in sensors} in ({"left"}, {"right"}, {None}):
         out.append("sensors of one rail: no axle loads and no imbalance")
     return out
+
+
+def _blind(site: Site, passage: Passage) -> list[str]:
+    """Return which share of a wheel's turn the sensors do not see."""
+    if all(one.ends is None for one in site.sensors):
+        return []
+    if site.wheel_radius is None:
+        return ["the site states no radius of the wheels: on which share of a turn a strike meets no sensor is unknown"]
+    shares = blind_shares(site, abs(float(np.median(passage.speeds))))
+    told = ", ".join(f"{100 * one.strikes:.0f} %{f' ({one.side})' if one.side else ''}" for one in shares)
+    return [f"a strike is not seen on {told} of a wheel's turn, where it meets the rail beside the sensors"]
 
 
 def calibrated(

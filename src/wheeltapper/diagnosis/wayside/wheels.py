@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.diagnosis.wayside.axles import Passage
-from wheeltapper.diagnosis.wayside.channels import STRIKES, FloatArray
+from wheeltapper.diagnosis.wayside.channels import PEAKS, STRIKES, FloatArray
 from wheeltapper.diagnosis.wayside.pulses import Pulses, noise_of
+from wheeltapper.diagnosis.wayside.seen import edge_of, seen_share
 
 IntArray = NDArray[np.int64]
 BESIDE = 0.1
@@ -21,10 +22,6 @@ UNSTEADY = 1.3
 """A pulse that lasts longer than its axle's speed says, or less, by this factor, is of an axle that stopped."""
 SHARES = np.linspace(-1.0, 1.0, 161)
 """Places of a wheel over a sensor's length, from its middle."""
-EDGE = 0.1
-"""What lies closer than this to a gauge, m, does not count, but at most a quarter of the length on either side."""
-BEFORE_GAUGE = 1e-3
-"""Peaks closer than this to a gauge in time, s, do not count."""
 ALONE = 0.8
 """A strike that does not repeat is one only if it exceeds the mean by this share of it."""
 STRIKE = 0.4
@@ -66,8 +63,8 @@ class Side:
     ----------
     side
         "left", "right" or None.
-    mean, peak
-        Force of each wheel, N: mean over the sensors, and largest below 500 Hz.
+    mean
+        Force of each wheel, N: mean over the sensors.
     of_channels
         Mean of each wheel in each channel, N, (axle, channel).
     names
@@ -78,24 +75,29 @@ class Side:
         Those of each wheel, in the order of time.
     clipped
         Which wheels have clipped or missing samples in a channel, which then does not count.
+    below
+        Largest force of each wheel below some frequencies, N, and the share of its turn on which it counts (NaN if the
+        radius is unknown), by the frequency, Hz: that of peaks, and others.
     """
 
     side: str | None
     mean: FloatArray
-    peak: FloatArray
     of_channels: FloatArray
     names: tuple[str, ...]
     counted: tuple[str, ...]
     strikes: tuple[tuple[Strike, ...], ...]
     clipped: NDArray[np.bool_]
+    below: dict[float, tuple[FloatArray, FloatArray]]
 
 
 def sides_of(
-    passage: Passage, several: Sequence[Pulses], radius: float | None = None, uncounted: Collection[int] = ()
-) -> list[Side]:
+    passage: Passage, several: Sequence[Pulses], radius: float | None = None, uncounted: Collection[int] = (),
+    cutoffs: Collection[float] = (),
+) -> list[Side]:  # fmt: skip
     """Return what each rail shows of a train's wheels, of this radius, m, if it is known.
 
-    Of the channels with the numbers `uncounted` only the means of channels are given.
+    Of the channels with the numbers `uncounted` only the means of channels are given. `cutoffs` are frequencies, Hz,
+    below which the largest forces are asked for.
     """
     sides: dict[str | None, list[int]] = {}
     for number, pulses in enumerate(several):
@@ -103,7 +105,7 @@ def sides_of(
         if np.isfinite(pulses.channel.length):
             own.append(number)
     order = [side for side in ("left", "right", None) if side in sides]
-    return [_side(side, passage, several, sides[side], radius, uncounted) for side in order]
+    return [_side(side, passage, several, sides[side], radius, uncounted, cutoffs) for side in order]
 
 
 class Trace(NamedTuple):
@@ -131,10 +133,10 @@ def traces_of(passage: Passage, several: Sequence[Pulses], axle: int, side: str 
 
 def _side(
     side: str | None, passage: Passage, several: Sequence[Pulses], numbers: list[int], radius: float | None,
-    uncounted: Collection[int],
+    uncounted: Collection[int], cutoffs: Collection[float],
 ) -> Side:  # fmt: skip
     axles, names = len(passage.times), tuple(several[number].channel.sensor.name for number in numbers)
-    means, peaks, excess, whens = np.full((4, axles, len(numbers)), np.nan)
+    means, excess, whens = np.full((3, axles, len(numbers)), np.nan)
     clipped = np.zeros(axles, dtype=bool)
     quick = [several[number].channel.smooth(STRIKES) - several[number].zero for number in numbers]
     noise = np.array([noise_of(q, several[n].channel.rate, STRIKES) for q, n in zip(quick, numbers, strict=True)])
@@ -145,7 +147,6 @@ def _side(
         clipped |= lost
         view.there[lost] = False
         means[:, k] = view.means(pulses.channel.forces - pulses.zero)
-        peaks[:, k] = view.peaks(pulses.force, means[:, k])
     counted = [k for k, number in enumerate(numbers) if number not in uncounted]
     shape = _usual_shape([(views[k], quick[k], means[:, k]) for k in counted])
     for k in counted:
@@ -153,12 +154,34 @@ def _side(
         excess[:, k], tops = views[k].largest(quick[k], means[:, k], shape)
         whens[:, k] = channel.start + tops / channel.rate
     seen = np.isfinite(means[:, counted]).any(axis=1)
-    mean, peak = np.full((2, axles), np.nan)
+    mean = np.full(axles, np.nan)
     if seen.any():
         mean[seen] = np.nanmean(means[seen][:, counted], axis=1)
-        peak[seen] = np.nanmax(peaks[seen][:, counted], axis=1)
     strikes = _strikes(passage, mean, excess, whens, noise, names, radius)
-    return Side(side, mean, peak, means, names, tuple(names[k] for k in counted), strikes, clipped)
+    of_rail = [(several[numbers[k]], views[k], means[:, k]) for k in counted]
+    turn = None if radius is None else 2.0 * pi * radius
+    below = {cutoff: _largest_below(cutoff, of_rail, axles, turn) for cutoff in {PEAKS, *cutoffs}}
+    return Side(side, mean, means, names, tuple(names[k] for k in counted), strikes, clipped, below)
+
+
+def _largest_below(
+    cutoff: float, channels: Sequence[tuple[Pulses, _Views, FloatArray]], axles: int, turn: float | None
+) -> tuple[FloatArray, FloatArray]:
+    """Return the largest force of each axle's wheel below a frequency, N, and the share of its turn, m, that counts."""
+    out, share = np.full((2, axles), np.nan)
+    windows: list[list[tuple[float, float]]] = [[] for _ in range(axles)]
+    for pulses, view, means in channels:
+        channel = pulses.channel
+        if cutoff != PEAKS and 2.5 * cutoff >= channel.rate:
+            continue
+        force = pulses.force if cutoff == PEAKS else channel.smooth(cutoff) - pulses.zero
+        out = np.fmax(out, view.peaks(force, means, cutoff))
+        halves = channel.length * view.half(cutoff) / view.count
+        for axle in np.flatnonzero(view.there & (halves > 0.0)):
+            windows[axle].append((channel.place - halves[axle], channel.place + halves[axle]))
+    if turn is not None:
+        share = np.array([seen_share(one, turn) for one in windows])
+    return out, share
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +199,7 @@ class _Views:
     sure: FloatArray
     stands: NDArray[np.bool_]
     there: NDArray[np.bool_]
+    rate: float
 
     def holding(self, samples: IntArray) -> NDArray[np.bool_]:
         """Return which of them are there and hold one of these samples."""
@@ -208,12 +232,19 @@ class _Views:
         out[there] = np.where(stands, inner, left * inner)
         return out
 
-    def peaks(self, force: FloatArray, least: FloatArray) -> FloatArray:
-        """Return the largest forces where peaks count, at least these."""
-        out = np.full(len(least), np.nan)
-        first, last = self.within(self.sure)
-        most = np.array([force[a:b].max(initial=-np.inf) for a, b in zip(first.tolist(), last.tolist(), strict=True)])
-        out[self.there] = np.maximum(most, least[self.there])
+    def half(self, cutoff: float) -> FloatArray:
+        """Return half of the part in which peaks below a frequency, Hz, count, in samples; below 0: there is none.
+
+        A filter needs half a period of it on either side.
+        """
+        return np.minimum(self.sure, 0.5 * (self.count - self.rate / cutoff)) if cutoff < PEAKS else self.sure
+
+    def peaks(self, force: FloatArray, least: FloatArray, cutoff: float) -> FloatArray:
+        """Return the largest forces, below a frequency, Hz, where they count, at least these."""
+        out, half = np.full(len(least), np.nan), self.half(cutoff)
+        first, last = self.within(half)
+        most = [force[a:b].max(initial=-np.inf) for a, b in zip(first.tolist(), last.tolist(), strict=True)]
+        out[self.there] = np.where(half[self.there] > 0.0, np.maximum(most, least[self.there]), np.nan)
         return out
 
     def shape(self, force: FloatArray, mean: FloatArray) -> FloatArray:
@@ -253,9 +284,9 @@ def _views(passage: Passage, pulses: Pulses, number: int) -> _Views:
     at = (times - channel.start) * channel.rate
     reach = (0.5 + min(BESIDE / length, 0.5)) * count
     first, last = np.rint(at - reach).astype(int), np.rint(at + reach).astype(int) + 1
-    edge = np.minimum(np.maximum(min(EDGE, 0.25 * length), BEFORE_GAUGE / pace), 0.4 * length)
+    edge = np.array([edge_of(length, one) for one in pace.tolist()])
     there = (own >= 0) & (first >= 0) & (last < len(channel.forces))
-    return _Views(first, last, at, count, (0.5 - edge / length) * count, stands, there)
+    return _Views(first, last, at, count, (0.5 - edge / length) * count, stands, there, channel.rate)
 
 
 def _usual_shape(channels: Sequence[tuple[_Views, FloatArray, FloatArray]]) -> FloatArray:

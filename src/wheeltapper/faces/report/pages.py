@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from wheeltapper._version import __version__
-from wheeltapper.diagnosis.train import cell_text
+from wheeltapper.diagnosis.train import TrainFinding, cell_text
 from wheeltapper.diagnosis.wayside.measure import NO_FORCE, NO_STRIKES, STRIKES
 from wheeltapper.faces.report.answers import FINDINGS, Train
 from wheeltapper.faces.report.drawing import drawing_of
@@ -106,11 +106,18 @@ def train_page(
     return _templates().get_template("train.html").render(
         title=f"{finding.name}, {finding.site.name}", name=finding.name, number=number, site=finding.site.name,
         passed=passed[0], stated=passed[1], summary=summary_of(train), pictures=pictures, alarms=finding.alarms,
+        untested=finding.untested, kept=_kept(finding),
         bad=any(one["row"]["finding"] not in (NO_STRIKES, NO_FORCE) for one in pictures), rules=finding.rules,
         drawing=drawing_of(finding.axles, finding.vehicles, train.wheels), wheels=train.wheels,
         columns=finding.columns(), vehicles=finding.vehicles, notes=[*notes, *finding.notes],
         courses=courses[:COURSES], known=len(courses),
     )  # fmt: skip
+
+
+def _kept(finding: TrainFinding) -> list[str]:
+    """Return the names of the rules that were measured in full."""
+    lost = {one.rule.name for one in finding.untested}
+    return [rule.name for rule in finding.rules if rule.name not in lost]
 
 
 def index_page(

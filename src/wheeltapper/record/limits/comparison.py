@@ -33,14 +33,25 @@ from wheeltapper.record.filtering import (
     usual_rate,
 )
 from wheeltapper.record.guidance import guidance_with_notes
-from wheeltapper.record.limits.rule import LATERAL, OF_FAULTS, QUANTITIES, VERIFY, Rule, Rules, as_rules, rule_notes
+from wheeltapper.record.limits.rule import (
+    LATERAL,
+    OF_FAULTS,
+    OF_LOADS,
+    OTHERWISE,
+    QUANTITIES,
+    VERIFY,
+    Rule,
+    Rules,
+    as_rules,
+    rule_notes,
+)
 from wheeltapper.record.record import Record
 
 if TYPE_CHECKING:
     import pandas as pd
 
 FloatArray = NDArray[np.float64]
-UNITS = {"force": "N", "length": "m", "number": ""}
+UNITS = {"force": "N", "length": "m", "speed": "m/s", "number": ""}
 HEADINGS = ("limit", "quantity", "value", "allowed", "exceeded", "where", "edition")
 
 
@@ -59,9 +70,9 @@ class Compared:
     exceeded
         Whether the limit is violated.
     wheelset, side
-        Which: numbered from the leading wheelset, 1; "left", "right" or "both".
+        Which: numbered from the leading wheelset, 1, or 0 for the whole vehicle; "left", "right" or "both".
     time, position
-        When, s, and where the wheel was then, m; NaN for the size of a fault.
+        When, s, and where the wheel was then, m; NaN for sizes of faults, static forces and the speed.
     met
         Whether the run met all that its scenario describes. If not, a limit that is not exceeded is not kept either.
     """
@@ -102,12 +113,11 @@ class Compared:
 
     def _cells(self) -> tuple[str, ...]:
         rule = self.rule
-        quantity = f"{rule.quantity.replace('_', ' ')} per {rule.per}"
-        quantity += f" below {rule.low_pass:g} Hz" if isfinite(rule.low_pass) else ""
-        where = f"wheelset {self.wheelset}" + ("" if self.side == "both" else f" {self.side}")
+        where = f"wheelset {self.wheelset}" if self.wheelset else "vehicle"
+        where += "" if self.side == "both" else f" {self.side}"
         where += f", {self.time:.4f} s, x = {self.position:.3f} m" if isfinite(self.time) else ""
         shown = rule.text_of(self.value), rule.text_of(self.allowed)
-        return rule.name, quantity, *shown, self.verdict, where, rule.edition
+        return rule.name, rule.asks, *shown, self.verdict, where, rule.edition
 
 
 @dataclass(frozen=True)
@@ -181,7 +191,7 @@ class LimitCheck(Sequence[Compared], Shown):
 def check(
     record: Record, rules: Rules = None, countries: Sequence[str] | None = None, *, rate: float | str | None = None
 ) -> LimitCheck:
-    """Compare a run with dated limits: forces of wheels, ratios, Y/Q, sizes of flats.
+    """Compare a run with dated limits: forces of wheels, static forces, ratios, Y/Q, sizes of flats, speed.
 
     Each limit is compared where the record knows its quantity: lateral forces of wagons only, flats where the scenario
     has one. A figure is a copy of a document that changes, and some are remembered, not read: "verify current edition".
@@ -246,8 +256,9 @@ class _Run:
         return SIDES[:2] if self.contacts.has_sides else SIDES[2:]
 
     def static(self, per: str) -> FloatArray:
-        """Return static forces of wheels, or of axles with one side, N."""
-        return self._of(self.contacts.static_force.reshape(self.grid), per)
+        """Return static forces, N, of wheels, of axles with one side, or of the vehicle with one wheelset."""
+        forces = self.contacts.static_force.reshape(self.grid)
+        return self._of(forces, per) if per in OTHERWISE else forces.sum(keepdims=True)
 
     def _of(self, forces: FloatArray, per: str) -> FloatArray:
         """Return forces of the contacts (..., wheelsets, sides) as those of wheels, or of axles."""
@@ -257,6 +268,10 @@ class _Run:
         """Return why a rule cannot be compared, or "" if it can."""
         if rule.quantity in LATERAL and not self.contacts.has_sides:
             return "no lateral forces in this model"
+        if rule.quantity == "left_right_ratio" and not self.contacts.has_sides:
+            return "no sides in this model"
+        if rule.quantity == "front_rear_ratio" and self.grid[0] < 2:
+            return "a single wheelset"
         if rule.quantity in OF_FAULTS and not np.isfinite(self._sizes(rule.quantity)).any():
             return f"the scenario states no {rule.quantity.replace('_', ' ')}"
         reasons = [rule.misfit(2.0 * radius, self.speed) for radius in self.radii]
@@ -276,8 +291,8 @@ class _Run:
     def compared(self, rule: Rule) -> Compared:
         """Return a rule with the wheel or axle that comes nearest to its limit, or exceeds it most."""
         static = self.static(rule.per)
-        if rule.quantity in OF_FAULTS:
-            values = self._sizes(rule.quantity)
+        if not rule.is_of_forces:
+            values = self._steady(rule)
             times = np.full_like(values, nan)
         elif rule.quantity in LATERAL:
             values, times = self._lateral(rule)
@@ -287,15 +302,18 @@ class _Run:
                 values = values / static - (rule.quantity == "dynamic_increment")
         allowed = np.vectorize(rule.allowed)(static)
         fits = np.array([not rule.misfit(2.0 * radius, self.speed) for radius in self.radii])[:, None]
+        if len(values) < len(fits):
+            fits = np.array([[fits.any()]])
         near = np.where(fits & ~np.isnan(values), values / allowed, -np.inf)
         worst = np.unravel_index(int(np.argmax(near)), near.shape)
         wheelset, side = int(worst[0]), int(worst[1])
         value, force, time = float(values[worst]), float(static[worst]), float(times[worst])
         begin = float(self.contacts.position[wheelset * self.contacts.sides])
         return Compared(
-            rule, value, float(allowed[worst]), force, rule.raised_by(value, force), wheelset + 1,
+            rule, value, float(allowed[worst]), force, rule.raised_by(value, force),
+            wheelset + 1 if rule.per in OTHERWISE else 0,
             self.sides[side] if values.shape[1] == len(self.sides) else SIDES[2], time, begin + self.speed * time,
-            rule.quantity in OF_FAULTS or not self.unmet,
+            not rule.is_of_forces or not self.unmet,
         )  # fmt: skip
 
     # -- values of all wheels, and their times ------------------------------------------------------------------------
@@ -353,6 +371,21 @@ class _Run:
         size = np.abs(found[rule.quantity].values).reshape(found.sizes["time"], self.grid[0], -1)
         size = np.where(np.isnan(size), -np.inf, size)  # where the window of the mean is not all in the run
         return size.max(axis=0), found.time.values[size.argmax(axis=0)]
+
+    def _steady(self, rule: Rule) -> FloatArray:
+        """Return what does not change along the way: sizes of faults, static forces and their ratios, the speed."""
+        if rule.quantity == "speed":
+            return np.full((1, 1), self.speed)
+        if rule.quantity not in OF_LOADS:
+            return self._sizes(rule.quantity)
+        if rule.quantity == "static_force":
+            return self.static(rule.per)
+        forces, half = self.static("wheel"), self.grid[0] // 2
+        if rule.quantity == "front_rear_ratio":
+            pairs = np.array([[forces[:half].sum(), forces[-half:].sum()]])
+        else:
+            pairs = forces if rule.per == "axle" else forces.sum(axis=0, keepdims=True)
+        return np.asarray(pairs.max(axis=1, keepdims=True) / pairs.min(axis=1, keepdims=True))
 
     def _sizes(self, quantity: str) -> FloatArray:
         """Return the size of the worst fault of each wheel, m; NaN without one."""

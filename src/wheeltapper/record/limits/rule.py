@@ -23,14 +23,24 @@ VERIFY = "verify current edition"
 """What every rule says by default of itself: its figure is a copy of a document that changes."""
 QUANTITIES = {
     "peak_force": "force", "dynamic_ratio": "number", "dynamic_increment": "number", "derailment_quotient": "number",
-    "sum_of_guiding_forces": "force", "flat_length": "length", "out_of_roundness": "length",
+    "sum_of_guiding_forces": "force", "flat_length": "length", "out_of_roundness": "length", "static_force": "force",
+    "left_right_ratio": "number", "front_rear_ratio": "number", "speed": "speed",
 }  # fmt: skip
 """What a rule can limit, and the dimension of its limit ("number": a ratio)."""
 LATERAL = ("derailment_quotient", "sum_of_guiding_forces")
 """Quantities that need lateral forces."""
+OF_FAULTS = ("flat_length", "out_of_roundness")
+"""Quantities that the size of a fault gives."""
+OF_LOADS = ("static_force", "left_right_ratio", "front_rear_ratio")
+"""Quantities that static forces give: the ratios are those of the heavier side or end to the lighter one."""
+PER = {
+    "static_force": ("wheel", "axle", "vehicle"), "left_right_ratio": ("axle", "vehicle"),
+    "front_rear_ratio": ("vehicle",), "speed": ("train",),
+}  # fmt: skip
+"""Whose quantity a rule may limit, the usual first; for all others `OTHERWISE`."""
+OTHERWISE = ("wheel", "axle")
 CHOICES = {
-    "quantity": tuple(QUANTITIES), "per": ("wheel", "axle"), "when": ("exceeded", "reached"),
-    "level": ("warning", "maintain", "stop"),
+    "quantity": tuple(QUANTITIES), "when": ("exceeded", "reached"), "level": ("warning", "maintain", "stop"),
 }  # fmt: skip
 """The values that each of these fields of a rule may have; any other value is refused."""
 COUNTRIES = 'names of countries, as ("SE", "EU")'
@@ -46,6 +56,9 @@ USUAL = {
     "sum_of_guiding_forces": Usual("force", "kN", (5, 150), 0.1, 1e4),
     "flat_length": Usual("length", "mm", (10, 150), 0.5, 500),
     "out_of_roundness": Usual("length", "mm", (0.05, 3), 0.0, 20),
+    "static_force": Usual("force", "kN", (20, 4000), 1, 1e5), "left_right_ratio": Usual("number", "", (1.02, 5), 1, 20),
+    "front_rear_ratio": Usual("number", "", (1.02, 10), 1, 50),
+    "speed": Usual("speed", "km/h", (5, 360), 0.5, 720, ((364, 720, ""),)),
 }  # fmt: skip
 """Usual limits of each quantity: those of the package's rules (`rules.toml`), with room."""
 USUAL_MEASURES = {
@@ -55,8 +68,6 @@ USUAL_MEASURES = {
     "sliding_mean": Usual("length", "m", (0.1, 100), 0.01, 1e4),
     "plus_static": Usual("number", "", (0.1, 3), 0.01, 10),
 }  # fmt: skip
-OF_FAULTS = ("flat_length", "out_of_roundness")
-"""Quantities that the size of a fault gives; all others are forces, or ratios of forces."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +81,7 @@ class Rule(Shown):
     quantity
         A key of `QUANTITIES`.
     limit
-        N, m or a plain number.
+        N, m, m/s or a plain number.
     level
         "warning", "maintain" or "stop".
     edition, date
@@ -80,7 +91,7 @@ class Rule(Shown):
     basis
         Source of the figure here, and how certain it is.
     per
-        "wheel" or "axle": the force of which of them is limited.
+        Whose quantity is limited: "wheel" or "axle"; of static forces "vehicle", too. By default the first of `PER`.
     when
         "exceeded" or "reached": whether the limit itself already counts.
     diameter_above, diameter_up_to
@@ -88,7 +99,8 @@ class Rule(Shown):
     speed_above, speed_up_to
         Speeds at which it applies, m/s.
     low_pass
-        Frequency at which the forces are low-passed, Hz; infinite: not at all.
+        Frequency at which the forces are low-passed, Hz: to this band of the force the limit belongs. Infinite: to the
+        force at all frequencies.
     sliding_mean
         Length of the way over which they are then averaged, m; 0: not at all.
     plus_static, at_most
@@ -109,7 +121,7 @@ class Rule(Shown):
     date: str = ""
     source: str = ""
     basis: str = ""
-    per: str = "wheel"
+    per: str = ""
     when: str = "exceeded"
     diameter_above: float = 0.0
     diameter_up_to: float = inf
@@ -127,6 +139,12 @@ class Rule(Shown):
             given = getattr(self, name)
             if given not in choices:
                 raise InputError("", name, value_text(given), with_suggestion(str(given), choices))
+        allowed = PER.get(self.quantity, OTHERWISE)
+        if not self.per:
+            object.__setattr__(self, "per", allowed[0])
+        elif self.per not in allowed:
+            found = f"{value_text(self.per)} of {self.quantity}"
+            raise InputError("", "per", found, with_suggestion(str(self.per), allowed))
         dimension = QUANTITIES[self.quantity]
         numbers = {"limit": dimension, "at_most": dimension} | MEASURES
         for field in fields(self):
@@ -136,6 +154,22 @@ class Rule(Shown):
                     raise InputError("", field.name, value_text(given), "a date" if field.name == "date" else "a text")
             elif given != field.default:
                 object.__setattr__(self, field.name, _positive_number(given, numbers[field.name], field.name))
+        given = next((name for name in ("low_pass", "sliding_mean") if getattr(self, name) != _DEFAULTS[name]), None)
+        if given is not None and not self.is_of_forces:
+            found = f"{getattr(self, given):g}, of {self.quantity}"
+            raise InputError("", given, found, "no filter, as it is no force that changes along the way")
+
+    @property
+    def is_of_forces(self) -> bool:
+        """Whether it limits forces that change along the way, or their ratios."""
+        return self.quantity not in (*OF_FAULTS, *OF_LOADS, "speed")
+
+    @property
+    def asks(self) -> str:
+        """What is limited, in words: the part and the band of whose force, or what else."""
+        text = f"{self.quantity.replace('_', ' ')} per {self.per}"
+        text += f" below {self.low_pass:g} Hz" if isfinite(self.low_pass) else ""
+        return text + (f", mean over {self.sliding_mean:g} m" if self.sliding_mean else "")
 
     @property
     def limit_text(self) -> str:
@@ -143,19 +177,24 @@ class Rule(Shown):
         if self.plus_static:
             most = f", at most {self.text_of(self.at_most)}" if isfinite(self.at_most) else ""
             return f"{self.text_of(self.limit)} and {self.plus_static:.4g} of the static force{most}"
+        return self.value_text(self.limit)
+
+    def value_text(self, value: float) -> str:
+        """Return a value of the limited quantity as text, with its unit; of peaks whose, and in kips, too."""
         if self.quantity == "peak_force":
-            return f"{self.limit / 1e3:.4g} kN ({self.limit / to_si('1 kip', 'force'):.4g} kips) per {self.per}"
-        return self.text_of(self.limit)
+            return f"{value / 1e3:.4g} kN ({value / to_si('1 kip', 'force'):.4g} kips) per {self.per}"
+        return self.text_of(value)
 
     def text_of(self, value: float) -> str:
         """Return a value of the limited quantity as text, with its unit."""
-        factor, unit = {"force": (1e-3, " kN"), "length": (1e3, " mm")}.get(QUANTITIES[self.quantity], (1.0, ""))
+        factor, unit = _SHOWN.get(QUANTITIES[self.quantity], (1.0, ""))
         return f"{factor * value:.4g}{unit}"
 
     @property
     def is_of_bare_forces(self) -> bool:
         """Whether it limits vertical forces as they are, neither filtered nor averaged."""
-        return self.quantity not in LATERAL and not isfinite(self.low_pass) and not self.sliding_mean
+        vertical = self.is_of_forces and self.quantity not in LATERAL
+        return vertical and not isfinite(self.low_pass) and not self.sliding_mean
 
     def allowed(self, static: float) -> float:
         """Return what is allowed of a wheel or axle with this static force (N), in SI units."""
@@ -185,6 +224,11 @@ class Rule(Shown):
             field.name: value for field in fields(self) if not isinstance(value := getattr(self, field.name), float)
             or isfinite(value)
         }  # fmt: skip
+
+
+_SHOWN = {"force": (1e-3, " kN"), "length": (1e3, " mm"), "speed": (3.6, " km/h")}
+"""Factor and unit with which values of a dimension are shown."""
+_DEFAULTS = {field.name: field.default for field in fields(Rule)}
 
 
 def rule_notes(rules: Sequence[Rule]) -> tuple[Note, ...]:
