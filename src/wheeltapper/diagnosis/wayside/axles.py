@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass, fields, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.diagnosis.wayside.channels import FloatArray
+from wheeltapper.diagnosis.wayside.course import Course, by_axles, by_lengths
 from wheeltapper.diagnosis.wayside.pulses import Pulses, usual_height
 
 CLOSEST = 0.5
@@ -33,8 +34,16 @@ AS_KNOWN = 0.03
 CHANGED = (0.02, 0.1)
 """Axles whose slowness differs from another's by so much say nothing of its speed: by more than five times the median,
 and these shares."""
-STOOD = 3.0
-"""An axle that is among the channels for so many times what its speed says has stopped there."""
+UNEVEN = 1.5
+"""Slownesses of a train that differ by more than this factor are of one that brakes or stops,"""
+STANDS = 0.3
+"""which stands where it is slower than this, m/s."""
+CREEPING = 1.0
+"""A wheel slower than this, m/s, does not strike."""
+SLOW, DARK = 2.0, 0.5
+"""A train slower than this, m/s, may stand for a while longer than this, s, in which no sensor feels an axle."""
+REVERSES = 0.3
+"""A train may turn round where it is slower than this share of its usual speed."""
 ALIKE = 0.2
 """A pulse as far as this, m, from where the others have its axle, is not counted for the speed."""
 
@@ -59,6 +68,10 @@ class Passage:
         What was found.
     sure
         Whether speed and direction follow from channels at several places.
+    course
+        The way of a train that brakes or stops, over time; None: each axle keeps its speed.
+    stands
+        When and for how long it stands, s.
     """
 
     times: FloatArray
@@ -68,11 +81,35 @@ class Passage:
     spread: float
     notes: tuple[str, ...]
     sure: bool = True
+    course: Course | None = None
+    stands: tuple[tuple[float, float], ...] = ()
+
+    def x_of(self, axles: NDArray[np.int64] | int, times: FloatArray | float) -> FloatArray:
+        """Return where axles are at times, s, along the track, m."""
+        if self.course is None:
+            return np.asarray(self.speeds[axles] * (times - self.times[axles]))
+        return np.asarray(np.sign(self.speeds[axles]) * (self.course.way(times) - self.behind[axles]))
+
+    def when_at(self, axles: NDArray[np.int64] | int, x: FloatArray | float) -> FloatArray:
+        """Return when axles are at places along the track, m, in s."""
+        if self.course is None:
+            return np.asarray(self.times[axles] + x / self.speeds[axles])
+        return self.course.time(self.behind[axles] + np.sign(self.speeds[axles]) * x)
+
+    @property
+    def behind(self) -> FloatArray:
+        """Way that a train with a course has gone when each axle is at x = 0 m, m."""
+        assert self.course is not None
+        return self.places + float(self.course.way(self.times[0]))
 
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """All pulses of all channels: channel, number in it, time, place, slowness (s/m) by the pulse's own length."""
+    """All pulses of all channels: channel, number in it, time, place, slowness (s/m) by the pulse's own length.
+
+    `length` is that of the sensor, m. Over the way of a train instead of the time, `time` and `slowness` are a way, m,
+    and a length over that of the sensor.
+    """
 
     channel: NDArray[np.int64]
     number: NDArray[np.int64]
@@ -80,6 +117,22 @@ class _Seen:
     place: FloatArray
     slowness: FloatArray
     height: FloatArray
+    length: FloatArray
+
+    @property
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """When each pulse begins and ends, s."""
+        half = 0.5 * self.slowness * self.length
+        return self.time - half, self.time + half
+
+    def some(self, chosen: NDArray[Any]) -> _Seen:
+        """Return some of the pulses."""
+        return _Seen(*(getattr(self, field.name)[chosen] for field in fields(self)))
+
+    def over(self, course: Course) -> _Seen:
+        """Return the pulses over the way of a train."""
+        begin, end = (course.way(at) for at in self.ends)
+        return replace(self, time=0.5 * (begin + end), slowness=(end - begin) / self.length)
 
 
 class _Groups(NamedTuple):
@@ -106,13 +159,17 @@ class _Groups(NamedTuple):
 
 
 class _Grouping(NamedTuple):
-    """A way to make axles of pulses: how well it does, the direction, all pulses, those of each axle, slowness, s/m."""
+    """A way to make axles of pulses: how well it does, the direction, all pulses, those of each axle, slowness, s/m.
+
+    With a course slowness is over the way, in m/m.
+    """
 
     score: int
     direction: float
     seen: _Seen
     groups: _Groups
     slowness: FloatArray
+    course: Course | None = None
 
 
 def passages_of(several: list[Pulses]) -> list[Passage]:
@@ -126,16 +183,115 @@ def passages_of(several: list[Pulses]) -> list[Passage]:
         for way in (1.0, -1.0):
             found = _clustered(all_pulses, way)
             tried.append(_Grouping(_score(all_pulses, found[0]), way, all_pulses, *found))
-    score, direction, seen, groups, slowness = max(tried, key=lambda one: one.score)
-    either = {one.direction for one in tried if one.score == score} == {1.0, -1.0}
-    known = bool(np.ptp(seen.place) > 0.0)
-    clusters = _in_order(seen, np.split(groups.pulses, groups.first[1:]), len(several))
+    best = max(tried, key=lambda one: one.score)
+    either = {one.direction for one in tried if one.score == best.score} == {1.0, -1.0}
+    if at_seats or not _is_uneven(best, len(several)):
+        return _trains_of(best, several, either)
+    return _with_courses(best, several, either)
+
+
+def _is_uneven(best: _Grouping, channels: int) -> bool:
+    """Return whether pulses are not all in whole axles, or of axles with different speeds."""
+    whole = best.score == len(best.groups.counts) * channels**2
+    paces = best.groups.medians(best.seen.slowness[best.groups.pulses])
+    return not whole or bool(paces.max() > UNEVEN * paces.min())
+
+
+def _with_courses(usual: _Grouping, several: list[Pulses], either: bool) -> list[Passage]:
+    """Return the trains if they may brake, stop and turn round: over their way, if more pulses make axles there."""
+    seen = usual.seen
+    course = by_lengths(*seen.ends, seen.length)
+    turned = _turned(seen, course)
+    along = _best_along(seen, course)
+    for begin, end in _dark(seen, course):  # a train that stands where no sensor feels it has a shorter way there
+        tried = [_best_along(seen, course.shortened(begin, end, float(way)))
+                 for way in np.arange(0.0, float(course.way(end) - course.way(begin)), 0.5 * CLOSEST)]  # fmt: skip
+        better = max([along, *tried], key=lambda one: one.score)
+        if better is not along:
+            assert better.course is not None
+            along, course = better, better.course
+    if turned is not None and turned[0].score + turned[1].score > max(along.score, usual.score):
+        told = "the train turned round at {:.1f} s: its axles pass twice, and some do not pass all sensors"
+        when = float(turned[0].seen.ends[1].max())
+        return [
+            replace(passage, notes=(told.format(when), *passage.notes))
+            for part in turned
+            for passage in _trains_of(part, several, False)
+        ]
+    return _trains_of(along if along.score >= usual.score else usual, several, either)
+
+
+def _dark(seen: _Seen, course: Course) -> list[tuple[float, float]]:
+    """Return from when until when no pulse lasts although the train is slow, s."""
+    begins, ends = seen.ends
+    order = np.argsort(begins)
+    until = np.maximum.accumulate(ends[order])[:-1]
+    again = begins[order][1:]
+    slow = np.maximum(course.speed(until), course.speed(again)) < SLOW
+    return [(float(a), float(b)) for a, b in zip(until[slow], again[slow], strict=True) if b - a > DARK]
+
+
+def _best_along(seen: _Seen, course: Course) -> _Grouping:
+    """Return the best way to make axles of pulses over the way of a train, whose course becomes that of the axles."""
+    found = _along(seen, course)
+    again = _along(seen, _fitted(seen, found.groups, found.direction)[0])
+    return again if again.score >= found.score else found
+
+
+def _along(seen: _Seen, course: Course) -> _Grouping:
+    """Return the better direction to make axles of pulses over this way of a train."""
+    over = seen.over(course)
+    tried = []
+    for way in (1.0, -1.0):
+        groups, slowness = _clustered(over, way)
+        tried.append(_Grouping(_score(over, groups), way, seen, groups, slowness, course))
+    return max(tried, key=lambda one: one.score)
+
+
+def _fitted(seen: _Seen, groups: _Groups, direction: float) -> tuple[Course, FloatArray]:
+    """Return the course of a train by where its axles' pulses begin and end, and how far behind each axle is, m."""
+    part = seen.some(groups.pulses)
+    along, half = direction * part.place, 0.5 * part.length
+    return by_axles(*part.ends, along - half, along + half, groups.numbers)
+
+
+def _turned(seen: _Seen, course: Course) -> tuple[_Grouping, _Grouping] | None:
+    """Return the axles before and after a train turns round, if it does."""
+    speeds = course.speed(course.times)
+    slow = speeds < REVERSES * float(np.median(course.speed(seen.time)))
+    edges = np.flatnonzero(np.diff(slow, prepend=False, append=False)).reshape(-1, 2)
+    best: tuple[_Grouping, _Grouping] | None = None
+    begins, ends = seen.ends
+    for a, b in edges.tolist():
+        when = float(course.times[a + int(speeds[a:b].argmin())])
+        before, after = np.flatnonzero(ends < when), np.flatnonzero(begins > when)
+        if min(len(before), len(after)) < 2:
+            continue
+        parts = [_best_along(one, by_lengths(*one.ends, one.length)) for one in (seen.some(before), seen.some(after))]
+        found = parts[0], parts[1]
+        if parts[0].direction != parts[1].direction and (best is None or _sum_of(found) > _sum_of(best)):
+            best = found
+    return best
+
+
+def _sum_of(parts: tuple[_Grouping, _Grouping]) -> int:
+    return parts[0].score + parts[1].score
+
+
+def _trains_of(found: _Grouping, several: list[Pulses], either: bool) -> list[Passage]:
+    """Return the passages of the trains in grouped pulses."""
+    seen, known = found.seen, bool(np.ptp(found.seen.place) > 0.0)
+    over = seen if found.course is None else seen.over(found.course)
+    clusters = np.split(found.groups.pulses, found.groups.first[1:])
     out = []
-    for members in _split(seen, clusters, slowness):
+    for members in _split(over, clusters, found.slowness):
         axles, others = _told_apart(seen, members, len(several))
         if not axles:
             continue
-        passage = _passage(seen, axles, slowness, direction, several, known, either)
+        if found.course is None:
+            passage = _passage(seen, axles, found.slowness, found.direction, several, known, either)
+        else:
+            passage = _passage_along(seen, axles, found.direction, several, known, either)
         out.append(replace(passage, notes=(*passage.notes, *(_other_note(seen, one, several) for one in others))))
     return out
 
@@ -168,22 +324,28 @@ def channel_names(several: Sequence[Pulses], numbers: NDArray[np.int64]) -> str:
     return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 
+def spans_text(numbers: Sequence[int]) -> str:
+    """Return rising numbers as text: 1 to 3, 7."""
+    spans: list[list[int]] = []
+    for number in numbers:
+        if spans and number == spans[-1][1] + 1:
+            spans[-1][1] = number
+        else:
+            spans.append([number, number])
+    return ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in spans)
+
+
 def _all_pulses(several: list[Pulses], at_seats: float) -> _Seen:
     """Return the pulses of all channels; those at seats last as if the sensors there had this length, m."""
     rows = [
         (np.full(len(p.times), k), np.arange(len(p.times)), p.times, np.full(len(p.times), p.channel.place),
-         p.durations / np.nan_to_num(p.channel.length, nan=at_seats), p.heights / usual_height(p.heights))
+         p.durations / length, p.heights / usual_height(p.heights), np.full(len(p.times), length))
         for k, p in enumerate(several)
         if len(p.times)
+        for length in [float(np.nan_to_num(p.channel.length, nan=at_seats))]
     ]  # fmt: skip
-    if not rows:
-        return _Seen(*np.zeros((2, 0), dtype=np.int64), *np.zeros((4, 0)))
-    channel, number, time, place, slowness, height = (np.concatenate(part) for part in zip(*rows, strict=True))
-    order = np.argsort(time, kind="stable")
-    return _Seen(
-        channel[order].astype(np.int64), number[order].astype(np.int64), time[order], place[order], slowness[order],
-        height[order],
-    )  # fmt: skip
+    seen = _Seen(*(np.concatenate(part) for part in zip(*rows, strict=True)))
+    return seen.some(np.argsort(seen.time, kind="stable"))
 
 
 def _clustered(seen: _Seen, direction: float) -> tuple[_Groups, FloatArray]:
@@ -258,17 +420,6 @@ def _score(seen: _Seen, groups: _Groups) -> int:
     return int(np.sum(channels**2 - 4 * (groups.counts - channels)))
 
 
-def _in_order(seen: _Seen, clusters: list[NDArray[np.int64]], channels: int) -> list[NDArray[np.int64]]:
-    """Return the axles by the order of their pulses, if some are not whole and each channel has as many pulses.
-
-    So it is where a train stops among the channels: no axle overtakes another.
-    """
-    each = [np.flatnonzero(seen.channel == k) for k in range(channels)]
-    if len({len(one) for one in each}) > 1 or all(len(members) == channels for members in clusters):
-        return clusters
-    return list(np.column_stack(each))
-
-
 def _split(seen: _Seen, clusters: list[NDArray[np.int64]], slowness: FloatArray) -> list[list[NDArray[np.int64]]]:
     """Return the axles of each train: no axle is between the channels for as long as a long way takes."""
     groups = _grouped(clusters)
@@ -303,27 +454,49 @@ def _passage(
     numbers = np.full((len(clusters), len(several)), -1)
     numbers[each[own], seen.channel[pulses]] = seen.number[pulses]
     speeds = 1.0 / paces
-    lasted = np.maximum.reduceat(time, groups.first) - np.minimum.reduceat(time, groups.first)
-    stood = np.flatnonzero(lasted > STOOD * float(np.ptp(seen.place)) * paces).tolist()
-    steps = np.diff(at_middle)
-    if stood:
-        steps = np.array([_least_step(seen, a, b) for a, b in zip(clusters[:-1], clusters[1:], strict=True)])
-    places = np.concatenate(([0.0], np.cumsum(steps * 0.5 * (speeds[1:] + speeds[:-1]))))
+    places = np.concatenate(([0.0], np.cumsum(np.diff(at_middle) * 0.5 * (speeds[1:] + speeds[:-1]))))
     notes = _notes(speeds, known, either)
-    if stood and known:
-        which = ", ".join(str(i + 1) for i in stood)
-        told = f"the train stopped with axles {which} among the channels: speeds and distances there are uncertain"
-        notes = (told, *notes)
     return Passage(at_middle - direction * middle * paces, direction * speeds, places, numbers, spread, notes, known)
 
 
-def _least_step(seen: _Seen, a: NDArray[np.int64], b: NDArray[np.int64]) -> float:
-    """Return the time between two axles in the channel in which it is the least, s: there the train did not stop."""
-    common = np.intersect1d(seen.channel[a], seen.channel[b])
-    steps = [
-        float(seen.time[b][seen.channel[b] == k].mean() - seen.time[a][seen.channel[a] == k].mean()) for k in common
-    ]
-    return min(steps, default=float(seen.time[b].mean() - seen.time[a].mean()))
+def _passage_along(
+    seen: _Seen, clusters: list[NDArray[np.int64]], direction: float, several: list[Pulses], known: bool, either: bool
+) -> Passage:
+    """Return a train that brakes, stops and starts, with its course."""
+    groups = _grouped(clusters)
+    course, behind = _fitted(seen, groups, direction)
+    each, own = groups.numbers, seen.some(groups.pulses)
+    begins, ends = own.ends
+    off = 0.5 * (course.way(begins) + course.way(ends)) - direction * own.place - behind[each]
+    near = np.flatnonzero(np.abs(off) <= CLOSEST)
+    near = near[np.argsort(-np.abs(off[near]), kind="stable")]  # of several in a channel the nearest is written last
+    numbers = np.full((len(clusters), len(several)), -1)
+    numbers[each[near], own.channel[near]] = own.number[near]
+    order = np.argsort(behind, kind="stable")
+    behind, numbers = behind[order], numbers[order]
+    places = direction * np.array([p.channel.place for p in several])
+    speeds = np.median(course.speed(course.time(behind[:, None] + places)), axis=1)
+    at = course.times[(course.times >= begins.min()) & (course.times <= ends.max())]
+    slow = course.speed(at) < STANDS
+    edges = np.flatnonzero(np.diff(slow, prepend=False, append=False)).reshape(-1, 2)
+    stands = tuple((float(at[a]), float(at[min(b, len(at) - 1)])) for a, b in edges.tolist())
+    notes = _notes(speeds, known, either) if not stands else _notes(speeds[:1], known, either)
+    told = tuple(_stop_note(course, behind, places, *one) for one in stands)
+    return Passage(
+        course.time(behind), direction * speeds, behind - behind[0], numbers, float(np.std(off[near])),
+        (*told, *notes), known, course, stands,
+    )  # fmt: skip
+
+
+def _stop_note(course: Course, behind: FloatArray, places: FloatArray, begins: float, ends: float) -> str:
+    """Return what is said of a stop, from and until these times, s; `places` are those of channels along the way."""
+    way = float(course.way(0.5 * (begins + ends)))
+    there = np.flatnonzero((way - behind > places.min() - ALIKE) & (way - behind < places.max() + ALIKE)) + 1
+    which = f", with axles {spans_text(there.tolist())} among the sensors" if len(there) else ""
+    return (
+        f"the train stopped at {begins:.1f} s for about {ends - begins:.0f} s{which}; strikes are not looked for where "
+        f"wheels were slower than {CREEPING:g} m/s"
+    )
 
 
 def _place_of_slope(places: FloatArray) -> float:

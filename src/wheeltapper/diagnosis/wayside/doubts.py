@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from wheeltapper.diagnosis.wayside.axles import Passage, channel_names
+from wheeltapper.diagnosis.wayside.axles import Passage, channel_names, spans_text
 from wheeltapper.diagnosis.wayside.channels import Channel, FloatArray
 from wheeltapper.diagnosis.wayside.pulses import Pulses, usual_height
 from wheeltapper.diagnosis.wayside.wheels import Side
@@ -143,16 +143,15 @@ def misfits(passage: Passage, several: Sequence[Pulses]) -> list[str]:
         own = passage.pulses[axles, number]
         if not len(axles):
             continue
-        pace = np.abs(passage.speeds[axles])
-        late = pulses.times[own] - passage.times[axles] - pulses.channel.place / passage.speeds[axles]
-        beside = float(np.median(late * pace))
+        pace, way = np.abs(passage.speeds[axles]), np.sign(passage.speeds[axles])
+        beside = float(np.median(way * (passage.x_of(axles, pulses.times[own]) - pulses.channel.place)))
         if abs(beside) > BESIDE and passage.sure:
             notes.append(
                 f"channel {pulses.channel.sensor.name!r} shows axles {abs(beside):.2f} m "
                 f"{'behind' if beside > 0 else 'before'} its place: its name, its place or its clock is wrong, and "
                 "speeds are uncertain"
             )
-        if np.isfinite(pulses.channel.length):
+        if np.isfinite(pulses.channel.length) and passage.course is None:
             times.append(passage.times[axles])
             ratios.append(pulses.durations[own] * pace / pulses.channel.length)
     if times and passage.sure:
@@ -194,14 +193,3 @@ def lost_axles(numbers: np.ndarray, several: Sequence[Pulses]) -> list[str]:
         f"{channel_names(several, np.array(lost))}"
         for lost, axles in groups.items()
     ]
-
-
-def spans_text(numbers: Sequence[int]) -> str:
-    """Return rising numbers as text: 1 to 3, 7."""
-    spans: list[list[int]] = []
-    for number in numbers:
-        if spans and number == spans[-1][1] + 1:
-            spans[-1][1] = number
-        else:
-            spans.append([number, number])
-    return ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in spans)

@@ -13,7 +13,7 @@ import numpy as np
 from wheeltapper.describe.site import Site, as_any_site
 from wheeltapper.diagnosis.alarms import compared
 from wheeltapper.diagnosis.train import TrainFinding
-from wheeltapper.diagnosis.wayside.axles import Passage, passages_of, with_known_distances
+from wheeltapper.diagnosis.wayside.axles import Passage, passages_of, spans_text, with_known_distances
 from wheeltapper.diagnosis.wayside.channels import PEAKS, Channel, FloatArray, channels_of, read_channels
 from wheeltapper.diagnosis.wayside.deck import DIAGNOSED, Diagnosed, deck_recording, with_models
 from wheeltapper.diagnosis.wayside.doubts import (
@@ -22,7 +22,6 @@ from wheeltapper.diagnosis.wayside.doubts import (
     lost_axles,
     misfits,
     sound_channels,
-    spans_text,
 )
 from wheeltapper.diagnosis.wayside.pulses import Pulses, pulses_of
 from wheeltapper.diagnosis.wayside.seen import blind_shares

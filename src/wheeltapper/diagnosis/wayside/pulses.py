@@ -16,8 +16,8 @@ FAINTEST = 6.0
 """A pulse rises at least this many standard deviations of the noise above the zero line,"""
 SMALLEST = (0.3, 0.1, 0.05)
 """and this share of the largest force of the channel: the last one, once the zero line is drawn ever better."""
-JOINED = 0.3
-"""Pulses closer than this share of their lengths are one, in which the wheel left the rail."""
+JOINED, LONGEST_FLIGHT = 0.3, 0.05
+"""Pulses closer than this share of their lengths, and than this time, s, are one, in which the wheel left the rail."""
 SEATS, AXLES = 0.03, 60.0
 """Least prominence of a pulse at a seat, over its height, and the cut-off of the force where it is looked for, Hz."""
 SHORT = 0.6
@@ -74,7 +74,11 @@ def pulses_of(channel: Channel) -> Pulses:
     if np.isnan(channel.length):
         rows = _at_seat(force, channel.rate, level)
     else:
-        rows = [row for span in _spans(force, level).tolist() if (row := _half_height(force, *span)) is not None]
+        rows = [
+            row
+            for span in _spans(force, level, channel.rate).tolist()
+            if (row := _half_height(force, *span)) is not None
+        ]
     begin, end, heights = np.array(rows).reshape(-1, 3).T
     durations = (end - begin) / channel.rate
     real = _real(durations, heights)
@@ -89,7 +93,7 @@ def _zero_line(smooth: FloatArray, rate: float) -> FloatArray:
     line = np.interp(each, *foot_points(few, rate / apart))
     for share in SMALLEST:
         force = few - line
-        spans = _spans(force, _least_height(force, rate / apart, share)[1])
+        spans = _spans(force, _least_height(force, rate / apart, share)[1], rate / apart)
         lengths = spans[:, 1] - spans[:, 0]
         gaps = _gaps(spans[lengths >= SHORT * np.median(lengths)], len(few)) if len(spans) else None
         if gaps is not None:
@@ -170,14 +174,14 @@ def noise_of(force: FloatArray, rate: float, cutoff: float) -> float:
     return float(1.4826 / 2.0**0.5 * middle_value(steps))
 
 
-def _spans(force: FloatArray, level: float) -> NDArray[np.int64]:
+def _spans(force: FloatArray, level: float, rate: float) -> NDArray[np.int64]:
     """Return first and last sample above a level; spans are joined where the force falls away for a moment."""
     above = np.concatenate(([False], force > level, [False]))
     spans = np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2)
     while len(spans) > 1:
         lengths = spans[:, 1] - spans[:, 0]
         gaps = spans[1:, 0] - spans[:-1, 1]
-        near = gaps < JOINED * np.maximum(lengths[1:], lengths[:-1])
+        near = gaps < np.minimum(JOINED * np.maximum(lengths[1:], lengths[:-1]), LONGEST_FLIGHT * rate)
         if not near.any():
             break
         begin, end = spans[np.concatenate(([True], ~near)), 0], spans[np.concatenate((~near, [True])), 1]

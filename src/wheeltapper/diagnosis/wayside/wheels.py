@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.diagnosis.wayside.axles import Passage
+from wheeltapper.diagnosis.wayside.axles import CREEPING, Passage
 from wheeltapper.diagnosis.wayside.channels import PEAKS, STRIKES, FloatArray
 from wheeltapper.diagnosis.wayside.pulses import Pulses, noise_of
 from wheeltapper.diagnosis.wayside.seen import edge_of, seen_share
@@ -126,8 +126,12 @@ def traces_of(passage: Passage, several: Sequence[Pulses], axle: int, side: str 
         views = _views(passage, pulses, number)
         if views.there[axle]:
             at = np.arange(views.first[axle], views.last[axle])
-            share = np.sign(passage.speeds[axle]) * (at - views.middle[axle]) / views.count[axle]
-            out.append(Trace(channel.sensor.name, channel.place + channel.length * share, pulses.force[at]))
+            if passage.course is None:
+                share = np.sign(passage.speeds[axle]) * (at - views.middle[axle]) / views.count[axle]
+                x = channel.place + channel.length * share
+            else:
+                x = passage.x_of(axle, channel.start + at / channel.rate)
+            out.append(Trace(channel.sensor.name, x, pulses.force[at]))
     return tuple(out)
 
 
@@ -189,7 +193,8 @@ class _Views:
     """The samples of a channel in which each wheel is near its sensor, from `first` to before `last`.
 
     `middle` is when the wheel is in the middle, in samples, `count` how many samples it takes over the length, `sure`
-    the half of the part in which peaks count, in samples. Not all of them are there.
+    the half of the part in which peaks count, in samples. Not all of them are there. Those that stand on it are
+    measured in its middle half, `inner`; no strike is looked for of those that `creep`.
     """
 
     first: IntArray
@@ -200,6 +205,8 @@ class _Views:
     stands: NDArray[np.bool_]
     there: NDArray[np.bool_]
     rate: float
+    inner: FloatArray
+    creeps: NDArray[np.bool_]
 
     def holding(self, samples: IntArray) -> NDArray[np.bool_]:
         """Return which of them are there and hold one of these samples."""
@@ -207,7 +214,8 @@ class _Views:
 
     def within(self, half: FloatArray) -> tuple[IntArray, IntArray]:
         """Return the first samples, and those behind the last ones, about the middle of those that are there."""
-        first, last = np.ceil(self.middle - half), np.floor(self.middle + half) + 1
+        begin, end = np.where(self.creeps, self.inner, [self.middle - half, self.middle + half])
+        first, last = np.ceil(begin), np.floor(end) + 1
         return first[self.there].astype(int), last[self.there].astype(int)
 
     def means(self, force: FloatArray) -> FloatArray:
@@ -221,11 +229,10 @@ class _Views:
         count, middle = self.count[there], self.middle[there] + 0.5
         total = np.zeros(len(force) + 1)
         np.cumsum(force, out=total[1:])
-        half = np.where(stands, 0.25, 0.5) * count
-        edges = np.array([middle - half, middle + half])
+        edges = np.where(stands, self.inner[:, there] + 0.5, middle + 0.5 * np.array([[-1.0], [1.0]]) * count)
         before = edges.astype(int)
         low, high = total[before] + (edges - before) * force[before]
-        inner = (high - low) / (2.0 * half)
+        inner = (high - low) / (edges[1] - edges[0])
         areas = (total[self.last[there]] - total[self.first[there]]) / count
         left = np.median((areas / inner)[~stands]) if not stands.all() else 1.0
         out = np.full(len(there), np.nan)
@@ -249,7 +256,7 @@ class _Views:
 
     def shape(self, force: FloatArray, mean: FloatArray) -> FloatArray:
         """Return what the sensor reads of wheels with a mean above zero, over it, at `SHARES`: (wheel, share)."""
-        own = np.flatnonzero(self.there & (mean > 0.0))
+        own = np.flatnonzero(self.there & ~self.creeps & (mean > 0.0))
         at = self.middle[own, None] + SHARES * self.count[own, None]
         inside = (at >= self.first[own, None]) & (at <= self.last[own, None] - 1)
         before = np.clip(at.astype(int), self.first[own, None], self.last[own, None] - 2)
@@ -259,7 +266,7 @@ class _Views:
     def largest(self, force: FloatArray, mean: FloatArray, shape: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return by how much each force exceeds its mean with the usual shape at most, and in which sample."""
         excess, tops = np.full((2, len(mean)), np.nan)
-        own = np.flatnonzero(self.there)
+        own = np.flatnonzero(self.there & ~self.creeps)
         lengths = self.last[own] - self.first[own]
         ends = np.cumsum(lengths)
         wheel = np.repeat(own, lengths)
@@ -276,17 +283,33 @@ def _views(passage: Passage, pulses: Pulses, number: int) -> _Views:
     """Return where wheels are near a sensor, the channel with this number, which shows those that are there whole."""
     channel, own = pulses.channel, passage.pulses[:, number]
     length, pace = channel.length, 1.0 / np.abs(passage.speeds)
+    creeps = np.zeros(len(own), dtype=bool)
+    if passage.course is not None:
+        axles, way = np.arange(len(own)), np.sign(passage.speeds)
+        begin, middle, end = (
+            passage.when_at(axles, channel.place + way * share * length) for share in (-0.5, 0.0, 0.5)
+        )
+        pace = (end - begin) / length
+        creeps = (pace > 1.0 / CREEPING) | (np.abs(np.log((end - middle) / (middle - begin))) >= np.log(UNSTEADY))
     times, durations = (np.append(values, 0.0)[own] for values in (pulses.times, pulses.durations))  # -1: the appended
     lasted = np.where(own >= 0, durations / length, pace)
     stands = np.abs(np.log(lasted / pace)) >= np.log(UNSTEADY)
     pace = np.where(stands, lasted, pace)
     count = length * pace * channel.rate
     at = (times - channel.start) * channel.rate
-    reach = (0.5 + min(BESIDE / length, 0.5)) * count
-    first, last = np.rint(at - reach).astype(int), np.rint(at + reach).astype(int) + 1
+    beside = min(BESIDE / length, 0.5)
+    reach = (0.5 + beside) * count
+    inner, around = at + 0.25 * np.array([[-1.0], [1.0]]) * count, at + np.array([[-1.0], [1.0]]) * reach
+    if creeps.any():
+        places = channel.place + way * length * np.array([[-0.25], [0.25], [-0.5 - beside], [0.5 + beside]])
+        when = (passage.when_at(axles, places) - channel.start) * channel.rate
+        inner, around = np.where(creeps, when[:2], inner), np.where(creeps, when[2:], around)
+    first, last = np.rint(around[0]).astype(int), np.rint(around[1]).astype(int) + 1
     edge = np.array([edge_of(length, one) for one in pace.tolist()])
     there = (own >= 0) & (first >= 0) & (last < len(channel.forces))
-    return _Views(first, last, at, count, (0.5 - edge / length) * count, stands, there, channel.rate)
+    return _Views(
+        first, last, at, count, (0.5 - edge / length) * count, stands | creeps, there, channel.rate, inner, creeps
+    )
 
 
 def _usual_shape(channels: Sequence[tuple[_Views, FloatArray, FloatArray]]) -> FloatArray:
@@ -318,7 +341,7 @@ def _strikes(
     out: list[list[Strike]] = [[] for _ in mean]
     for axle, k in zip(*np.nonzero(found), strict=True):
         when = float(whens[axle, k])
-        x = float(passage.speeds[axle] * (when - passage.times[axle]))
+        x = float(passage.x_of(axle, when))
         out[axle].append(Strike(when, x, float(excess[axle, k]), names[k]))
     return _own_strikes([sorted(each) for each in out], mean, passage, radius)
 
