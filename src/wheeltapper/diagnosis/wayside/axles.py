@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.diagnosis.wayside.channels import FloatArray
+from wheeltapper.diagnosis.wayside.channels import Channel, FloatArray
 from wheeltapper.diagnosis.wayside.course import Course, by_axles, by_lengths
 from wheeltapper.diagnosis.wayside.pulses import Pulses, usual_height
 
@@ -42,6 +42,10 @@ CREEPING = 1.0
 """A wheel slower than this, m/s, does not strike."""
 SLOW, DARK = 2.0, 0.5
 """A train slower than this, m/s, may stand for a while longer than this, s, in which no sensor feels an axle."""
+SLOWER, LONG = 4.0, 2.5
+"""A train slower than this, m/s, may have stopped unseen while no axle was at a sensor for longer than this, s."""
+AROUND_SENSOR = 0.2
+"""A wheel farther from a sensor than this, m, is not felt by it."""
 REVERSES = 0.3
 """A train may turn round where it is slower than this share of its usual speed."""
 ALIKE = 0.2
@@ -72,6 +76,8 @@ class Passage:
         The way of a train that brakes or stops, over time; None: each axle keeps its speed.
     stands
         When and for how long it stands, s.
+    turns
+        Whether the train turned round while it passed.
     """
 
     times: FloatArray
@@ -83,6 +89,7 @@ class Passage:
     sure: bool = True
     course: Course | None = None
     stands: tuple[tuple[float, float], ...] = ()
+    turns: bool = False
 
     def x_of(self, axles: NDArray[np.int64] | int, times: FloatArray | float) -> FloatArray:
         """Return where axles are at times, s, along the track, m."""
@@ -190,6 +197,16 @@ def passages_of(several: list[Pulses]) -> list[Passage]:
     return _with_courses(best, several, either)
 
 
+def occupied_by(passages: Sequence[Passage], channel: Channel) -> FloatArray:
+    """Return from when until when the wheels of trains are near a sensor, s, (wheel, 2)."""
+    half = 0.5 * channel.length + AROUND_SENSOR
+    spans = [
+        np.sort(np.array([one.when_at(np.arange(len(one.times)), channel.place + side * half) for side in (-1, 1)]).T)
+        for one in passages
+    ]
+    return np.concatenate(spans)
+
+
 def _is_uneven(best: _Grouping, channels: int) -> bool:
     """Return whether pulses are not all in whole axles, or of axles with different speeds."""
     whole = best.score == len(best.groups.counts) * channels**2
@@ -203,7 +220,9 @@ def _with_courses(usual: _Grouping, several: list[Pulses], either: bool) -> list
     course = by_lengths(*seen.ends, seen.length)
     turned = _turned(seen, course)
     along = _best_along(seen, course)
-    for begin, end in _dark(seen, course):  # a train that stands where no sensor feels it has a shorter way there
+    for begin, end in _dark(
+        seen, course, SLOW, DARK
+    ):  # a train that stands where no sensor feels it has a shorter way there
         tried = [_best_along(seen, course.shortened(begin, end, float(way)))
                  for way in np.arange(0.0, float(course.way(end) - course.way(begin)), 0.5 * CLOSEST)]  # fmt: skip
         better = max([along, *tried], key=lambda one: one.score)
@@ -211,24 +230,27 @@ def _with_courses(usual: _Grouping, several: list[Pulses], either: bool) -> list
             assert better.course is not None
             along, course = better, better.course
     if turned is not None and turned[0].score + turned[1].score > max(along.score, usual.score):
-        told = "the train turned round at {:.1f} s: its axles pass twice, and some do not pass all sensors"
         when = float(turned[0].seen.ends[1].max())
-        return [
-            replace(passage, notes=(told.format(when), *passage.notes))
-            for part in turned
-            for passage in _trains_of(part, several, False)
-        ]
+        return [_turning(passage, when) for part in turned for passage in _trains_of(part, several, False)]
     return _trains_of(along if along.score >= usual.score else usual, several, either)
 
 
-def _dark(seen: _Seen, course: Course) -> list[tuple[float, float]]:
-    """Return from when until when no pulse lasts although the train is slow, s."""
+def _turning(passage: Passage, when: float) -> Passage:
+    """Return a passage of a train that turns round, which says so instead of what follows from it."""
+    lost = (np.flatnonzero((passage.pulses < 0).any(axis=1)) + 1).tolist()
+    which = f", and of these axles {spans_text(lost)} did not pass all sensors" if lost else ""
+    told = f"the train turned round after {when:.1f} s: its axles pass twice{which}"
+    return replace(passage, notes=(told,), turns=True)
+
+
+def _dark(seen: _Seen, course: Course, slower: float, longer: float) -> list[tuple[float, float]]:
+    """Return from when until when no pulse lasts, for longer than this, s, where the train is slower than this, m/s."""
     begins, ends = seen.ends
     order = np.argsort(begins)
     until = np.maximum.accumulate(ends[order])[:-1]
     again = begins[order][1:]
-    slow = np.maximum(course.speed(until), course.speed(again)) < SLOW
-    return [(float(a), float(b)) for a, b in zip(until[slow], again[slow], strict=True) if b - a > DARK]
+    slow = np.maximum(course.speed(until), course.speed(again)) < slower
+    return [(float(a), float(b)) for a, b in zip(until[slow], again[slow], strict=True) if b - a > longer]
 
 
 def _best_along(seen: _Seen, course: Course) -> _Grouping:
@@ -260,10 +282,11 @@ def _turned(seen: _Seen, course: Course) -> tuple[_Grouping, _Grouping] | None:
     speeds = course.speed(course.times)
     slow = speeds < REVERSES * float(np.median(course.speed(seen.time)))
     edges = np.flatnonzero(np.diff(slow, prepend=False, append=False)).reshape(-1, 2)
+    whens = [float(course.times[a + int(speeds[a:b].argmin())]) for a, b in edges.tolist()]
+    whens += [0.5 * (a + b) for a, b in _dark(seen, course, SLOWER, LONG)]
     best: tuple[_Grouping, _Grouping] | None = None
     begins, ends = seen.ends
-    for a, b in edges.tolist():
-        when = float(course.times[a + int(speeds[a:b].argmin())])
+    for when in whens:
         before, after = np.flatnonzero(ends < when), np.flatnonzero(begins > when)
         if min(len(before), len(after)) < 2:
             continue
@@ -481,7 +504,13 @@ def _passage_along(
     edges = np.flatnonzero(np.diff(slow, prepend=False, append=False)).reshape(-1, 2)
     stands = tuple((float(at[a]), float(at[min(b, len(at) - 1)])) for a, b in edges.tolist())
     notes = _notes(speeds, known, either) if not stands else _notes(speeds[:1], known, either)
-    told = tuple(_stop_note(course, behind, places, *one) for one in stands)
+    told = [_stop_note(course, behind, places, *one) for one in stands]
+    for begin, end in _dark(seen.some(groups.pulses), course, SLOWER, LONG):
+        before = int(np.searchsorted(behind + places.max(), course.way(begin) + ALIKE))
+        told.append(
+            f"no axle was at the sensors from {begin:.1f} to {end:.1f} s, while the train was slow: it may have stood, "
+            f"and the distance of axles {before} and {before + 1} is uncertain"
+        )
     return Passage(
         course.time(behind), direction * speeds, behind - behind[0], numbers, float(np.std(off[near])),
         (*told, *notes), known, course, stands,

@@ -23,7 +23,9 @@ CHANGES = 0.5
 """Standard deviation of the change of speed in a second, m/s."""
 EDGE_ERROR = 0.02
 """Standard deviation of the place at which a pulse begins or ends, m; more than `FAR` times this counts less."""
-FAR, ROUNDS = 2.0, 5
+FAR, ROUNDS = 2.0, 8
+STILL = 1e-4
+"""Standard deviation of the way of a train that would have to go back in a step, and is taken to stand, m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,9 +122,13 @@ def _solved(grid: FloatArray, rows: Any, target: FloatArray, more: int) -> tuple
     origin = sparse.csr_matrix(([1.0 / EDGE_ERROR**2], ([0], [0])), shape=(count + more, count + more))
     held = smooth.T @ smooth + origin
     weights = np.ones(len(target))
+    steps = sparse.diags([-1.0, 1.0], [0, 1], shape=(count - 1, count + more)).tocsr()
+    back = np.zeros(count - 1, dtype=bool)
     for _ in range(ROUNDS):
         scaled = sparse.diags(weights / EDGE_ERROR**2) @ rows
-        found = spsolve((held + rows.T @ scaled).tocsc(), scaled.T @ target)
+        still = steps[back] / STILL
+        found = spsolve((held + still.T @ still + rows.T @ scaled).tocsc(), scaled.T @ target)
+        back |= np.diff(found[:count]) < -STILL
         off = np.abs(rows @ found - target) / EDGE_ERROR
         weights = np.minimum(1.0, FAR / np.maximum(off, 1e-9))
     ways = np.maximum.accumulate(found[:count]) + 1e-9 * np.arange(count)

@@ -13,7 +13,7 @@ import numpy as np
 from wheeltapper.describe.site import Site, as_any_site
 from wheeltapper.diagnosis.alarms import compared
 from wheeltapper.diagnosis.train import TrainFinding
-from wheeltapper.diagnosis.wayside.axles import Passage, passages_of, spans_text, with_known_distances
+from wheeltapper.diagnosis.wayside.axles import Passage, occupied_by, passages_of, spans_text, with_known_distances
 from wheeltapper.diagnosis.wayside.channels import PEAKS, Channel, FloatArray, channels_of, read_channels
 from wheeltapper.diagnosis.wayside.deck import DIAGNOSED, Diagnosed, deck_recording, with_models
 from wheeltapper.diagnosis.wayside.doubts import (
@@ -114,21 +114,33 @@ def trains_in(
     lost = [one.name for one in site.sensors if all(one.name != channel.sensor.name for channel in channels)]
     absent = [f"not in the recording: the channels {', '.join(map(repr, lost))}"] if lost else []
     sound, notes = sound_channels(channels)
-    several = [pulses_of(channel) for channel in sound]
+    several, passages = _pulses_and_passages(sound)
     uncounted, more = doubtful_gains(several)
     cutoffs = {rule.low_pass for rule in rules if isfinite(rule.low_pass) and not rule.sliding_mean}
     trains = []
-    for passage in passages_of(several):
+    for passage in passages:
         found = passage if known is None else with_known_distances(passage, known)
         sides = sides_of(found, several, site.wheel_radius, uncounted, cutoffs)
         exchanged, said = exchanged_sides(sides)
         if exchanged:
             wrong = {n for n, one in enumerate(several) if one.channel.sensor.name in exchanged}
             sides = sides_of(found, several, site.wheel_radius, uncounted | wrong, cutoffs)
-        of_axles = (*misfits(found, several), *lost_axles(found.pulses, several))
+        of_axles = () if found.turns else (*misfits(found, several), *lost_axles(found.pulses, several))
         found = replace(found, notes=(*absent, *notes, *more, *said, *of_axles, *found.notes))
         trains.append(Measured(_train(found, several, sides, site, rules, name, date), found, several))
     return trains
+
+
+def _pulses_and_passages(channels: Sequence[Channel]) -> tuple[list[Pulses], list[Passage]]:
+    """Return the pulses of channels and the trains in them; with zero lines beside the wheels of trains that stop."""
+    several = [pulses_of(channel) for channel in channels]
+    passages = passages_of(several)
+    if any(one.stands for one in passages):
+        several = [
+            pulses_of(one, occupied_by(passages, one)) if isfinite(one.length) else pulses_of(one) for one in channels
+        ]
+        passages = passages_of(several)
+    return several, passages
 
 
 def with_deck(
@@ -172,7 +184,7 @@ def _train(
                 entries.append(entry | {"vehicle": number, "bogie": bogie})
     notes = [*site_notes(site), *_notes_of_channels(several)]
     alone = [str(one.axles[0] + 1) for one in vehicles if one.kind == "alone"]
-    if alone and len(vehicles) > 1:
+    if alone and len(vehicles) > 1 and not passage.turns:
         notes.append(f"axles {', '.join(alone)}: by the distances in no vehicle; perhaps an axle beside them was lost")
     notes += [*passage.notes, *_lost_forces(sides), *_what_forces_are(several), *_blind(site, passage)]
     told = tuple(_vehicle(number, one, entries) for number, one in enumerate(vehicles, 1))

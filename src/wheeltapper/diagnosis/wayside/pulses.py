@@ -65,10 +65,15 @@ class Pulses:
     noise: float
 
 
-def pulses_of(channel: Channel) -> Pulses:
-    """Return the pulses of a channel; its zero line is drawn through the gaps between them."""
+def pulses_of(channel: Channel, occupied: FloatArray | None = None) -> Pulses:
+    """Return the pulses of a channel; its zero line is drawn through the gaps between them.
+
+    `occupied` is from when until when wheels are near the sensor, s, (wheel, 2), if it is known: one that stands at the
+    edge of a sensor for a long time reads as a zero line does.
+    """
     smooth = channel.smooth(PEAKS)
-    zero = _zero_line(smooth, channel.rate)
+    there = None if occupied is None else np.clip((occupied - channel.start) * channel.rate, 0, len(smooth))
+    zero = _zero_line(smooth, channel.rate, there)
     force = smooth - zero
     noise, level = _least_height(force, channel.rate, SMALLEST[-1])
     if np.isnan(channel.length):
@@ -86,12 +91,13 @@ def pulses_of(channel: Channel) -> Pulses:
     return Pulses(channel, times[real], durations[real], heights[real], force, zero, noise)
 
 
-def _zero_line(smooth: FloatArray, rate: float) -> FloatArray:
+def _zero_line(smooth: FloatArray, rate: float, occupied: FloatArray | None) -> FloatArray:
     """Return the zero line, which is drawn ever better by few of the samples: what lies between them says no more."""
     apart = max(int(rate / (4.0 * PEAKS)), 1)
     few, each = smooth[::apart].copy(), np.arange(-(-len(smooth) // apart), dtype=float)
     line = np.interp(each, *foot_points(few, rate / apart))
-    for share in SMALLEST:
+    gaps = None if occupied is None else _free(occupied / apart, len(few))
+    for share in SMALLEST if gaps is None else ():
         force = few - line
         spans = _spans(force, _least_height(force, rate / apart, share)[1], rate / apart)
         lengths = spans[:, 1] - spans[:, 0]
@@ -115,6 +121,16 @@ def _gaps(spans: NDArray[np.int64], samples: int) -> tuple[NDArray[np.int64], ND
     end = np.concatenate((spans[:, 0] - lengths // 4 - 1, [samples]))
     usual = float(np.median(lengths))
     wide = end - begin >= max(8.0, usual)
+    return (begin[wide], end[wide], usual) if wide.any() else None
+
+
+def _free(occupied: FloatArray, samples: int) -> tuple[NDArray[np.int64], NDArray[np.int64], float] | None:
+    """Return what `_gaps` does, of known times at which wheels are near, in samples."""
+    ordered = occupied[np.argsort(occupied[:, 0])]
+    begin = np.concatenate(([0], np.maximum.accumulate(ordered[:, 1]))).astype(np.int64)
+    end = np.concatenate((ordered[:, 0], [samples])).astype(np.int64)
+    usual = float(np.median(ordered[:, 1] - ordered[:, 0]))
+    wide = end - begin >= 8
     return (begin[wide], end[wide], usual) if wide.any() else None
 
 

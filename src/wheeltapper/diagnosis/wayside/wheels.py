@@ -20,6 +20,8 @@ BESIDE = 0.1
 """How far, m, a wheel is beside a sensor where the sensor's pulse has ended."""
 UNSTEADY = 1.3
 """A pulse that lasts longer than its axle's speed says, or less, by this factor, is of an axle that stopped."""
+CREPT = 0.1
+"""A mean force of a wheel that crept over a sensor counts only if it is within this share of those of the others."""
 SHARES = np.linspace(-1.0, 1.0, 161)
 """Places of a wheel over a sensor's length, from its middle."""
 ALONE = 0.8
@@ -151,6 +153,7 @@ def _side(
         clipped |= lost
         view.there[lost] = False
         means[:, k] = view.means(pulses.channel.forces - pulses.zero)
+    means[_doubtful(means, np.array([view.creeps for view in views]).reshape(len(numbers), axles).T)] = np.nan
     counted = [k for k, number in enumerate(numbers) if number not in uncounted]
     shape = _usual_shape([(views[k], quick[k], means[:, k]) for k in counted])
     for k in counted:
@@ -166,6 +169,17 @@ def _side(
     turn = None if radius is None else 2.0 * pi * radius
     below = {cutoff: _largest_below(cutoff, of_rail, axles, turn) for cutoff in {PEAKS, *cutoffs}}
     return Side(side, mean, means, names, tuple(names[k] for k in counted), strikes, clipped, below)
+
+
+def _doubtful(means: FloatArray, creeps: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which means, of each axle in each channel, are of a wheel that crept there and that others contradict."""
+    out = np.zeros_like(creeps)
+    for axle in np.flatnonzero(creeps.any(axis=1)):
+        passing = np.isfinite(means[axle]) & ~creeps[axle]
+        sure = means[axle][passing if passing.any() else np.isfinite(means[axle])]
+        if len(sure):
+            out[axle] = creeps[axle] & (np.abs(means[axle] / np.median(sure) - 1.0) > CREPT)
+    return out
 
 
 def _largest_below(
