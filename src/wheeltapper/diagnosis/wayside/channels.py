@@ -60,6 +60,13 @@ class Channel:
         """Time of each sample, s."""
         return self.start + np.arange(len(self.forces)) / self.rate
 
+    def covers(self, begins: FloatArray, ends: FloatArray) -> NDArray[np.bool_]:
+        """Return whether it was recorded, without missing samples, from and until these times, s."""
+        first, last = (np.rint((at - self.start) * self.rate).astype(np.int64) for at in (begins, ends))
+        inside = (first >= 0) & (last < len(self.forces))
+        lost = np.flatnonzero(self.missing)
+        return np.asarray(inside & (np.searchsorted(lost, first) == np.searchsorted(lost, last + 1)))
+
     def smooth(self, cutoff: float) -> FloatArray:
         """Return the forces after a low-pass without phase; as they are, where the rate is too low for it."""
         return low_passed(self.forces, self.rate, cutoff) if 2.5 * cutoff < self.rate else self.forces

@@ -6,15 +6,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from wheeltapper.diagnosis.wayside.axles import Passage, channel_names, spans_text
 from wheeltapper.diagnosis.wayside.channels import Channel, FloatArray
+from wheeltapper.diagnosis.wayside.passage import Passage, channel_names, spans_text
 from wheeltapper.diagnosis.wayside.pulses import Pulses, usual_height
 from wheeltapper.diagnosis.wayside.wheels import Side
 from wheeltapper.ground.errors import InputError
 
 WRAPPED, OFTEN = 0.8, 20
 """A channel that jumps so often by this share of its range has lost the signs of its numbers."""
+FEWEST = 6
+"""Of fewer channels it is not known which one is wrong."""
 ENOUGH = 1000.0
 """Samples per second that show whether axles press upwards or downwards, Hz."""
 DOWNWARDS = 3.0
@@ -36,6 +39,20 @@ STANDS_OUT = 5.0
 EXCHANGED = (0.05, 3.0)
 """A channel whose forces differ from those of its rail by more than this share, and so many times more than from those
 of the other rail, is of the other rail."""
+GAP = 0.04
+"""Samples that most channels lack for longer than this are told, s."""
+SAME = 0.1
+"""Places that differ by less than this are the same, m."""
+MATCHED = (0.7, 1.2)
+"""A channel is displaced if so large a share of its axles are at another place, so many times more than at its own."""
+AT_ODDS, ODD = 0.05, 1 / 3
+"""Where more than this share of all channels show axles so far beside their places, m, there is no such train."""
+LOST = 0.2
+"""Where so large a share of the axles' pulses is lost there is no such train either."""
+EXPLAINED, LONGEST = 0.6, 0.5
+"""A train explains at least this share of all pulses; pulses last at most this share of the time between them."""
+TROLLEYS = (500.0, 400e3)
+"""Wheels of forces outside of these, N, are none of a railway."""
 BESIDE = 0.02
 """Largest distance of an axle from the place of a channel when the channel shows it, m."""
 
@@ -135,6 +152,100 @@ def _known_median(values: FloatArray, axis: int) -> FloatArray:
     return np.where(there, found, np.nan)
 
 
+def displaced(passages: Sequence[Passage], several: Sequence[Pulses]) -> tuple[dict[int, float], list[str]]:
+    """Return how far beside their places channels show the axles, m, in the train's direction, and what is said of it.
+
+    Only a few of many channels can be told to be wrong.
+    """
+    if len(several) < FEWEST or not passages or not all(one.sure for one in passages):
+        return {}, []
+    passage = max(passages, key=lambda one: len(one.times))
+    way, axles = float(np.sign(passage.speeds[0])), np.arange(len(passage.times))
+    found: dict[int, float] = {}
+    for number, pulses in enumerate(several):
+        if not len(pulses.times) or np.isnan(pulses.channel.length):
+            continue
+        off = way * (passage.x_of(axles[:, None], pulses.times) - pulses.channel.place).ravel()
+        off = np.sort(off)
+        counts = np.searchsorted(off, off + SAME, side="right") - np.arange(len(off))
+        best = np.flatnonzero(counts == counts.max())
+        shifts = np.array([np.median(off[i : i + counts[i]]) for i in best])
+        shift = float(shifts[np.argmin(np.abs(shifts))])
+        own = np.count_nonzero(np.abs(off) < SAME)
+        if abs(shift) > SAME and counts.max() >= max(MATCHED[0] * len(axles), MATCHED[1] * own):
+            found[number] = shift
+    if not found or len(found) > len(several) / 3:
+        return {}, []
+    return found, _displaced_notes(found, several, way)
+
+
+def _displaced_notes(found: dict[int, float], several: Sequence[Pulses], way: float) -> list[str]:
+    notes, told = [], set[int]()
+    places = {k: several[k].channel.place for k in found}
+    for k, shift in found.items():
+        if k in told:
+            continue
+        name = several[k].channel.sensor.name
+        other = next(
+            (
+                j for j in found if j != k and abs(places[k] + way * shift - places[j]) < 2 * SAME
+                and abs(places[j] + way * found[j] - places[k]) < 2 * SAME
+            ), None,
+        )  # fmt: skip
+        if other is not None:
+            told |= {k, other}
+            names = f"{name!r} and {several[other].channel.sensor.name!r}"
+            notes.append(f"channels {names} are exchanged: each shows axles at the other's place; they do not count")
+        else:
+            notes.append(
+                f"channel {name!r} shows axles {abs(shift):.2f} m {'behind' if shift > 0 else 'before'} its place: its "
+                "name, its place or its clock is wrong, and it does not count"
+            )
+    return notes
+
+
+def check_train(passages: Sequence[Passage], several: Sequence[Pulses]) -> None:
+    """Refuse recordings whose pulses make no train, or whose forces are none of a railway."""
+    shares = [
+        float(np.median(one.durations) / np.median(np.diff(one.times))) for one in several
+        if len(one.times) > 3 and np.isfinite(one.channel.length)
+    ]  # fmt: skip
+    allowed = "forces of sensors at the places that the site states, on one clock"
+    share = float(np.median(shares)) if shares else 0.0
+    if share > LONGEST:
+        found = f"pulses that last {100 * share:.0f} % of the time between them, as on no sensor of a rail"
+        raise InputError("", "recordings", found, allowed)
+    total = sum(len(one.times) for one in several)
+    explained = sum(int((one.pulses >= 0).sum()) for one in passages)
+    if passages and explained < EXPLAINED * total:
+        found = f"{total} pulses, of which {100 * explained / total:.0f} % are of axles that other channels show, too"
+        raise InputError("", "recordings", found, allowed)
+    for passage in passages:
+        off = [beside_of(passage, number, one) for number, one in enumerate(several)]
+        wrong = int(np.count_nonzero(np.abs(off) > AT_ODDS))
+        if passage.sure and len(several) > 2 and wrong > ODD * len(several):
+            found = f"{wrong} of {len(several)} channels that show axles beside their places"
+            raise InputError("", "recordings", found, allowed)
+        lost, recorded = _lost(passage, several)
+        share = float(lost.sum() / max(recorded[:, ~lost.all(axis=0)].sum(), 1))
+        if share > LOST and not passage.turns:
+            found = f"{len(passage.times)} axles, of whose pulses {100 * share:.0f} % are in no channel's recording"
+            raise InputError("", "recordings", found, allowed)
+    heights = np.concatenate([one.heights for one in several if np.isfinite(one.channel.length)] or [np.zeros(0)])
+    if len(heights) and passages and not TROLLEYS[0] < usual_height(heights) < TROLLEYS[1]:
+        found = f"wheels of {1e-3 * usual_height(heights):.3g} kN"
+        raise InputError("", "recordings", found, "forces of a railway's wheels, 2 to 200 kN: state unit or gain")
+
+
+def beside_of(passage: Passage, number: int, pulses: Pulses) -> float:
+    """Return how far behind its place the channel with this number shows the axles, m, in the train's direction."""
+    axles = np.flatnonzero(passage.pulses[:, number] >= 0)
+    if not len(axles):
+        return 0.0
+    x = passage.x_of(axles, pulses.times[passage.pulses[axles, number]])
+    return float(np.median(np.sign(passage.speeds[axles]) * (x - pulses.channel.place)))
+
+
 def misfits(passage: Passage, several: Sequence[Pulses]) -> list[str]:
     """Return what in the times of a train does not fit: lengths of pulses and speeds, axles and places of channels."""
     notes, times, ratios = [], [], []
@@ -143,8 +254,7 @@ def misfits(passage: Passage, several: Sequence[Pulses]) -> list[str]:
         own = passage.pulses[axles, number]
         if not len(axles):
             continue
-        pace, way = np.abs(passage.speeds[axles]), np.sign(passage.speeds[axles])
-        beside = float(np.median(way * (passage.x_of(axles, pulses.times[own]) - pulses.channel.place)))
+        pace, beside = np.abs(passage.speeds[axles]), beside_of(passage, number, pulses)
         if abs(beside) > BESIDE and passage.sure:
             notes.append(
                 f"channel {pulses.channel.sensor.name!r} shows axles {abs(beside):.2f} m "
@@ -182,14 +292,70 @@ def _lengths_of_pulses(times: FloatArray, ratios: FloatArray) -> list[str]:
     ]
 
 
-def lost_axles(numbers: np.ndarray, several: Sequence[Pulses]) -> list[str]:
-    """Return notes on the axles that channels do not show, (axle, channel); axles lost in the same ones together."""
+def gaps_in(channels: Sequence[Channel]) -> list[str]:
+    """Return when most channels have no samples: what passed then is not seen."""
+    begin, end = max(one.start for one in channels), min(float(one.times[-1]) for one in channels)
+    times = np.arange(begin, end, GAP / 4.0)
+    covers = np.array([one.covers(times, times) for one in channels])
+    lost = np.diff(covers.mean(axis=0) < 0.5, prepend=False, append=False)
+    spans = begin + 0.25 * GAP * np.flatnonzero(lost).reshape(-1, 2)
+    return [
+        f"from {a:.2f} to {b:.2f} s most channels have no samples: axles that passed then are not seen"
+        for a, b in spans.tolist()
+        if b - a > GAP
+    ]
+
+
+def ends_within(passage: Passage, several: Sequence[Pulses]) -> tuple[NDArray[np.bool_], NDArray[np.bool_], list[str]]:
+    """Return which axles passed sensors before the recording begins, and after it ends, and what is said of it."""
+    early, late = np.zeros((2, len(passage.times)), dtype=bool)
+    for number, pulses in enumerate(several):
+        first, last = _near(passage, pulses.channel)
+        lost = passage.pulses[:, number] < 0
+        early |= lost & (first < pulses.channel.start)
+        late |= lost & (last > float(pulses.channel.times[-1]))
+    notes = []
+    for axles, what, more in ((early, "begins", "be missing before them"), (late, "ends", "follow")):
+        if axles.any():
+            which = spans_text((np.flatnonzero(axles) + 1).tolist())
+            notes.append(
+                f"the recording {what} while the train passes: of axles {which} some sensors show nothing, and more "
+                f"axles may {more}"
+            )
+    return early, late, notes
+
+
+def _near(passage: Passage, channel: Channel) -> tuple[FloatArray, FloatArray]:
+    """Return from when until when axles are on a sensor, s."""
+    half, axles = 0.5 * float(np.nan_to_num(channel.length)), np.arange(len(passage.times))
+    ends = np.array([passage.when_at(axles, channel.place + side * half) for side in (-1.0, 1.0)])
+    return ends.min(axis=0), ends.max(axis=0)
+
+
+def _lost(passage: Passage, several: Sequence[Pulses]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which axles channels were recorded for and do not show, and which they were recorded for."""
+    recorded = np.array([one.channel.covers(*_near(passage, one.channel)) for one in several]).T
+    return recorded & (passage.pulses < 0), recorded
+
+
+def lost_axles(passage: Passage, several: Sequence[Pulses]) -> list[str]:
+    """Return notes on the axles that channels do not show although they were recorded then.
+
+    Axles that are lost in the same channels are told together.
+    """
+    missed = _lost(passage, several)[0]
+    dead = np.flatnonzero(missed.all(axis=0)).tolist()
+    notes = []
+    if len(dead):
+        names = ", ".join(repr(several[k].channel.sensor.name) for k in dead)
+        notes.append(f"channel {names} shows no axle" if len(dead) == 1 else f"channels {names} show no axle")
+        missed[:, dead] = False
     groups: dict[tuple[int, ...], list[int]] = {}
-    for axle, lost in enumerate(numbers < 0, 1):
+    for axle, lost in enumerate(missed, 1):
         if lost.any():
             groups.setdefault(tuple(np.flatnonzero(lost).tolist()), []).append(axle)
-    return [
-        f"axle{'s' if len(axles) > 1 else ''} {spans_text(axles)}: lost in {len(lost)} of {numbers.shape[1]} channels: "
+    return notes + [
+        f"axle{'s' if len(axles) > 1 else ''} {spans_text(axles)}: lost in {len(lost)} of {missed.shape[1]} channels: "
         f"{channel_names(several, np.array(lost))}"
         for lost, axles in groups.items()
     ]

@@ -13,16 +13,21 @@ import numpy as np
 from wheeltapper.describe.site import Site, as_any_site
 from wheeltapper.diagnosis.alarms import compared
 from wheeltapper.diagnosis.train import TrainFinding
-from wheeltapper.diagnosis.wayside.axles import Passage, occupied_by, passages_of, spans_text, with_known_distances
+from wheeltapper.diagnosis.wayside.axles import passages_of
 from wheeltapper.diagnosis.wayside.channels import PEAKS, Channel, FloatArray, channels_of, read_channels
 from wheeltapper.diagnosis.wayside.deck import DIAGNOSED, Diagnosed, deck_recording, with_models
 from wheeltapper.diagnosis.wayside.doubts import (
+    check_train,
+    displaced,
     doubtful_gains,
+    ends_within,
     exchanged_sides,
+    gaps_in,
     lost_axles,
     misfits,
     sound_channels,
 )
+from wheeltapper.diagnosis.wayside.passage import Passage, occupied_by, spans_text, with_known_distances
 from wheeltapper.diagnosis.wayside.pulses import Pulses, pulses_of
 from wheeltapper.diagnosis.wayside.seen import blind_shares
 from wheeltapper.diagnosis.wayside.vehicles import Vehicle, vehicles_of
@@ -115,7 +120,13 @@ def trains_in(
     absent = [f"not in the recording: the channels {', '.join(map(repr, lost))}"] if lost else []
     sound, notes = sound_channels(channels)
     several, passages = _pulses_and_passages(sound)
+    wrong, beside = displaced(passages, several)
+    if wrong:
+        several = [one for number, one in enumerate(several) if number not in wrong]
+        passages = passages_of(several)
+    check_train(passages, several)
     uncounted, more = doubtful_gains(several)
+    notes += [*beside, *gaps_in(sound)]
     cutoffs = {rule.low_pass for rule in rules if isfinite(rule.low_pass) and not rule.sliding_mean}
     trains = []
     for passage in passages:
@@ -123,10 +134,12 @@ def trains_in(
         sides = sides_of(found, several, site.wheel_radius, uncounted, cutoffs)
         exchanged, said = exchanged_sides(sides)
         if exchanged:
-            wrong = {n for n, one in enumerate(several) if one.channel.sensor.name in exchanged}
-            sides = sides_of(found, several, site.wheel_radius, uncounted | wrong, cutoffs)
-        of_axles = () if found.turns else (*misfits(found, several), *lost_axles(found.pulses, several))
-        found = replace(found, notes=(*absent, *notes, *more, *said, *of_axles, *found.notes))
+            others = {n for n, one in enumerate(several) if one.channel.sensor.name in exchanged}
+            sides = sides_of(found, several, site.wheel_radius, uncounted | others, cutoffs)
+        early, late, cut = ends_within(found, several)
+        of_axles = () if found.turns else (*cut, *misfits(found, several), *lost_axles(found, several))
+        told = (*absent, *notes, *more, *said, *of_axles, *found.notes)
+        found = replace(found, notes=told, cut=(bool(early.any()), bool(late.any())))
         trains.append(Measured(_train(found, several, sides, site, rules, name, date), found, several))
     return trains
 
@@ -183,9 +196,9 @@ def _train(
                 entry = _entry(axle, passage, sides, seats, site)
                 entries.append(entry | {"vehicle": number, "bogie": bogie})
     notes = [*site_notes(site), *_notes_of_channels(several)]
-    alone = [str(one.axles[0] + 1) for one in vehicles if one.kind == "alone"]
+    alone = _alone(vehicles, passage)
     if alone and len(vehicles) > 1 and not passage.turns:
-        notes.append(f"axles {', '.join(alone)}: by the distances in no vehicle; perhaps an axle beside them was lost")
+        notes.append(f"axles {spans_text(alone)}: by the distances in no vehicle; perhaps an axle beside them was lost")
     notes += [*passage.notes, *_lost_forces(sides), *_what_forces_are(several), *_blind(site, passage)]
     told = tuple(_vehicle(number, one, entries) for number, one in enumerate(vehicles, 1))
     alarms, untested = compared(entries, rules, site, told)
@@ -193,6 +206,15 @@ def _train(
         tuple(entries), site, rules, alarms, name, date, notes=tuple(dict.fromkeys(notes)), vehicles=told,
         untested=untested,
     )  # fmt: skip
+
+
+def _alone(vehicles: Sequence[Vehicle], passage: Passage) -> list[int]:
+    """Return the axles, from 1, that are in no vehicle, without those at an end at which the recording is cut off."""
+    alone = [one.kind == "alone" for one in vehicles]
+    first = alone.index(False) if passage.cut[0] and False in alone else 0
+    last = alone[::-1].index(False) if passage.cut[1] and False in alone else 0
+    inner = zip(vehicles[first : len(vehicles) - last], alone[first:], strict=False)
+    return [one.axles[0] + 1 for one, single in inner if single]
 
 
 def _entry(

@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.diagnosis.wayside.axles import CREEPING, Passage
 from wheeltapper.diagnosis.wayside.channels import PEAKS, STRIKES, FloatArray
+from wheeltapper.diagnosis.wayside.passage import Passage
 from wheeltapper.diagnosis.wayside.pulses import Pulses, noise_of
 from wheeltapper.diagnosis.wayside.seen import edge_of, seen_share
+from wheeltapper.diagnosis.wayside.stops import CREEPING
 
 IntArray = NDArray[np.int64]
 BESIDE = 0.1
@@ -153,7 +154,9 @@ def _side(
         clipped |= lost
         view.there[lost] = False
         means[:, k] = view.means(pulses.channel.forces - pulses.zero)
-    means[_doubtful(means, np.array([view.creeps for view in views]).reshape(len(numbers), axles).T)] = np.nan
+    means[_doubtful(means, np.array([view.creeps for view in views], dtype=bool).reshape(len(numbers), axles).T)] = (
+        np.nan
+    )
     counted = [k for k, number in enumerate(numbers) if number not in uncounted]
     shape = _usual_shape([(views[k], quick[k], means[:, k]) for k in counted])
     for k in counted:
