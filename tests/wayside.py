@@ -127,15 +127,16 @@ class Line:
         return cholesky_banded(upper), False
 
     def _shapes(self, x):
-        number, s = divmod((x - self.first) / ELEMENT, 1.0)
-        d = self.deflections[int(number) : int(number) + 2]
+        """Return the degrees of freedom beside places, (4, place), and the shares with which a force acts on them."""
+        number, s = np.divmod((np.atleast_1d(x) - self.first) / ELEMENT, 1.0)
+        before, behind = self.deflections[number.astype(int)], self.deflections[number.astype(int) + 1]
         shares = [
             1 - 3 * s**2 + 2 * s**3,
             ELEMENT * (s - 2 * s**2 + s**3),
             3 * s**2 - 2 * s**3,
             ELEMENT * (s**3 - s**2),
         ]
-        return np.array([d[0], d[0] + 1, d[1], d[1] + 1]), np.array(shares)
+        return np.array([before, before + 1, behind, behind + 1]), np.array(shares)
 
     def window(self, channel, x):
         """Return what a pair of gauges reads of 1 N at x that moves slowly."""
@@ -172,39 +173,52 @@ class Line:
 
     def passages(self, wheels, speed, rate):
         """Return what wheels do on the line, each alone, at samples of this rate; steps are at most 50 us."""
-        every = int(np.ceil(20e3 / rate))
-        h = 1.0 / (every * rate)
         a, b = self.way
-        count = int((b - a) / speed * rate)
-        loads = np.array([wheel.load for wheel in wheels])
-        readers = [sparse.csr_matrix(one) for one in self._readers()]
+        every = int(np.ceil(20e3 / rate))
+        x = a + speed / (every * rate) * np.arange(int((b - a) / speed * rate) * every)
+        return self.along(wheels, x[None, :], rate, every)
+
+    def along(self, wheels, x, rate, every):
+        """Return what wheels do alone that are at the places x, m, (wheel or 1, step), `every` steps a sample.
+
+        While none of them moves, nothing changes.
+        """
+        h = 1.0 / (every * rate)
+        loads, one = np.array([wheel.load for wheel in wheels]), np.arange(len(x))
+        readers = [sparse.csr_matrix(each) for each in self._readers()]
         factor = self._factor(self.stiffness + 2.0 / h * self.damping + 4.0 / h**2 * self.mass)
-        dofs, shapes = self._shapes(a)
+        dofs, shapes = self._shapes(x[:, 0])
+        each = np.broadcast_to(np.arange(len(x)), len(wheels)) if len(x) > 1 else np.zeros(len(wheels), dtype=int)
+        own_column = np.arange(len(wheels))
         force = np.zeros((self.size, len(wheels)))
-        force[dofs] = np.outer(shapes, loads)
+        force[dofs[:, each], own_column] = shapes[:, each] * loads
         u = cho_solve_banded(self._factor(self.stiffness), force)
         v, acc = np.zeros_like(u), np.zeros_like(u)
-        paths = np.array([wheel.path(a + speed * h * np.arange(count * every)) for wheel in wheels])
+        paths = np.array([wheel.path(x[k]) for wheel, k in zip(wheels, each, strict=True)])
         path = paths[:, 0]
-        wheel_u = shapes @ u[dofs] + (loads / HERTZ) ** (2.0 / 3.0) - path
+        wheel_u = (shapes[:, each] * u[dofs[:, each], own_column]).sum(axis=0) + (loads / HERTZ) ** (2.0 / 3.0) - path
         wheel_v, wheel_a = np.zeros((2, len(wheels)))
+        count = x.shape[1] // every
         forces, readings = np.empty((len(wheels), count)), np.empty((len(wheels), len(self.channels), count))
         own, now = 0.25 * h**2 / MASS, loads.copy()
-        unit_load = np.zeros(self.size)
+        unit_load = np.zeros((self.size, len(x)))
+        still = np.all(np.diff(x, axis=1, prepend=x[:, :1] - 1.0) == 0.0, axis=0)
+        calm = np.convolve(still, np.ones(int(0.2 / h)), "full")[: len(still)] >= int(0.2 / h)
         for step in range(count * every):
-            x = a + speed * step * h
-            dofs, shapes = self._shapes(x)
-            if step:
+            at = x[:, step]
+            if step and not calm[step]:
+                dofs, shapes = self._shapes(at)
                 held = self.mass @ (4 / h**2 * u + 4 / h * v + acc) + self.damping @ (2 / h * u + v)
                 unit_load[:] = 0.0
-                unit_load[dofs] = shapes
+                unit_load[dofs, one] = shapes
                 solved = cho_solve_banded(factor, np.column_stack([held, unit_load]), check_finite=False)
-                free, unit = solved[:, :-1], solved[:, -1]
-                gives = shapes @ unit[dofs] + own
+                free, unit = solved[:, : len(wheels)], solved[:, len(wheels) :]
+                gives = (shapes * unit[dofs, one]).sum(axis=0)[each] + own
                 fallen = wheel_u + h * wheel_v + 0.25 * h**2 * wheel_a + own * loads
                 path = paths[:, step]
-                now = _contact(fallen + path - shapes @ free[dofs], gives, now)
-                new = free + np.outer(unit, now)
+                risen = (shapes[:, each] * free[dofs[:, each], own_column]).sum(axis=0)
+                now = _contact(fallen + path - risen, gives, now)
+                new = free + unit[:, each] * now
                 change = 4 / h**2 * (new - u) - 4 / h * v - acc
                 v, u, acc = v + 0.5 * h * (acc + change), new, change
                 fall = (loads - now) / MASS
@@ -214,8 +228,9 @@ class Line:
                 forces[:, step // every] = now
                 seen = readers[0] @ u + readers[1] @ v + readers[2] @ acc
                 for row, (kind, *_) in enumerate(self.channels):
-                    readings[:, row, step // every] = seen[row] + (now * self.window(row, x) if kind == "pair" else 0)
-        return Passages(a + speed / rate * np.arange(count), forces, readings)
+                    stands = now * self.window(row, at)[each] if kind == "pair" else 0.0
+                    readings[:, row, step // every] = seen[row] + stands
+        return Passages(x[0, ::every], forces, readings)
 
     def influence(self, x):
         """Return what each channel reads of 1 N that stands at x, (channel, x)."""
@@ -223,7 +238,7 @@ class Line:
         loads = np.zeros((self.size, len(x)))
         for column, place in enumerate(x):
             dofs, shapes = self._shapes(place)
-            loads[dofs, column] = shapes
+            loads[dofs[:, 0], column] = shapes[:, 0]
         read = readers @ cho_solve_banded(factor, loads)
         for row, (kind, *_) in enumerate(self.channels):
             read[row] += self.window(row, x) if kind == "pair" else 0.0

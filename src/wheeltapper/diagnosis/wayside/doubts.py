@@ -36,11 +36,17 @@ DRIFT = 0.015
 """and by how much it may change along a train,"""
 STANDS_OUT = 5.0
 """or so many standard errors of that change."""
+FEWEST_AXLES = 4
+"""By fewer axles channels are not compared."""
+ODD_GAIN, FEWEST_OF_RAIL = 1.25, 4
+"""A channel's gain is wrong if it differs from that of so many others of its rail by more than this factor."""
 EXCHANGED = (0.05, 3.0)
 """A channel whose forces differ from those of its rail by more than this share, and so many times more than from those
 of the other rail, is of the other rail."""
 GAP = 0.04
 """Samples that most channels lack for longer than this are told, s."""
+APART = 0.25
+"""A pulse that begins or ends closer than this to a gap in the recording, m, is not lost."""
 SAME = 0.1
 """Places that differ by less than this are the same, m."""
 MATCHED = (0.7, 1.2)
@@ -80,9 +86,15 @@ def sound_channels(channels: Sequence[Channel]) -> tuple[list[Channel], list[str
     if not sound:
         raise InputError("", "recordings", notes[0], "forces with their signs")
     ends = np.array([channel.start + len(channel.forces) / channel.rate for channel in sound])
-    for channel, end in zip(sound, ends, strict=True):
-        if end < ends.max() - ENDS:
-            notes.append(f"channel {channel.sensor.name!r} ends at {end:.2f} s, the longest at {ends.max():.2f} s")
+    short = np.flatnonzero(ends < ends.max() - ENDS).tolist()
+    if len(short) > 2:
+        told = f"{len(short)} of {len(sound)} channels end before the others, from {ends.min():.2f} s on"
+        notes.append(f"{told}, the longest at {ends.max():.2f} s")
+    else:
+        notes += [
+            f"channel {sound[k].sensor.name!r} ends at {ends[k]:.2f} s, the longest at {ends.max():.2f} s"
+            for k in short
+        ]
     return sound, notes
 
 
@@ -94,7 +106,7 @@ def _scatter(samples: FloatArray) -> float:
 def doubtful_gains(several: Sequence[Pulses]) -> tuple[frozenset[int], list[str]]:
     """Return the numbers of channels that do not count for forces, and why.
 
-    Only if most channels agree it is known which are wrong.
+    Only if most channels agree it is known which are wrong; with several on each rail `odd_gains` knows it better.
     """
     numbers = [n for n, one in enumerate(several) if np.isfinite(one.channel.length) and len(one.heights)]
     if not numbers:
@@ -111,7 +123,7 @@ def doubtful_gains(several: Sequence[Pulses]) -> tuple[frozenset[int], list[str]
                 "it does not count for forces"
             )
         return frozenset(np.array(numbers)[apart].tolist()), notes
-    if usual.max() > GAINS * usual.min():
+    if usual.max() > GAINS * usual.min() and len(numbers) < 2 * FEWEST_OF_RAIL:
         names = [several[numbers[i]].channel.sensor.name for i in (int(np.argmax(usual)), int(np.argmin(usual)))]
         notes.append(
             f"channel {names[0]!r} reads {usual.max() / usual.min():.3g} times what {names[1]!r} does; which is wrong "
@@ -122,6 +134,24 @@ def doubtful_gains(several: Sequence[Pulses]) -> tuple[frozenset[int], list[str]
     return frozenset(), notes
 
 
+def odd_gains(sides: Sequence[Side]) -> tuple[frozenset[str], list[str]]:
+    """Return the names of channels that read wheels otherwise than the others of their rail, and what is said."""
+    names, notes = [], []
+    for side in sides:
+        shown = side.of_channels[:, [k for k, name in enumerate(side.names) if name in side.counted]]
+        if shown.shape[1] <= FEWEST_OF_RAIL or len(shown) < FEWEST_AXLES:
+            continue
+        factors = _known_median(shown / _known_median(shown, 1)[:, None], 0)
+        for name, factor in zip(side.counted, factors.tolist(), strict=True):
+            if factor > 0.0 and abs(np.log(factor)) > np.log(ODD_GAIN):
+                names.append(name)
+                notes.append(
+                    f"channel {name!r} reads {factor:.3g} times what the others of its rail do: its gain or unit is "
+                    "wrong, and it does not count for forces"
+                )
+    return frozenset(names), notes
+
+
 def exchanged_sides(sides: Sequence[Side]) -> tuple[frozenset[str], list[str]]:
     """Return the names of channels that show the wheels of the other rail, and what is said of them.
 
@@ -130,6 +160,8 @@ def exchanged_sides(sides: Sequence[Side]) -> tuple[frozenset[str], list[str]]:
     if len(sides) != 2 or min(len(side.names) for side in sides) < 3:
         return frozenset(), []
     names, notes = [], []
+    if len(sides[0].mean) < FEWEST_AXLES:
+        return frozenset(), []
     for side, other in (sides, sides[::-1]):
         own, theirs = (one.of_channels / _known_median(one.of_channels, 0) for one in (side, other))
         for k, name in enumerate(side.names):
@@ -157,7 +189,7 @@ def displaced(passages: Sequence[Passage], several: Sequence[Pulses]) -> tuple[d
 
     Only a few of many channels can be told to be wrong.
     """
-    if len(several) < FEWEST or not passages or not all(one.sure for one in passages):
+    if len(several) < FEWEST or not passages or any(one.turns or not one.sure for one in passages):
         return {}, []
     passage = max(passages, key=lambda one: len(one.times))
     way, axles = float(np.sign(passage.speeds[0])), np.arange(len(passage.times))
@@ -325,16 +357,16 @@ def ends_within(passage: Passage, several: Sequence[Pulses]) -> tuple[NDArray[np
     return early, late, notes
 
 
-def _near(passage: Passage, channel: Channel) -> tuple[FloatArray, FloatArray]:
-    """Return from when until when axles are on a sensor, s."""
-    half, axles = 0.5 * float(np.nan_to_num(channel.length)), np.arange(len(passage.times))
+def _near(passage: Passage, channel: Channel, beside: float = 0.0) -> tuple[FloatArray, FloatArray]:
+    """Return from when until when axles are on a sensor, or so far beside it, m, in s."""
+    half, axles = 0.5 * float(np.nan_to_num(channel.length)) + beside, np.arange(len(passage.times))
     ends = np.array([passage.when_at(axles, channel.place + side * half) for side in (-1.0, 1.0)])
     return ends.min(axis=0), ends.max(axis=0)
 
 
 def _lost(passage: Passage, several: Sequence[Pulses]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return which axles channels were recorded for and do not show, and which they were recorded for."""
-    recorded = np.array([one.channel.covers(*_near(passage, one.channel)) for one in several]).T
+    recorded = np.array([one.channel.covers(*_near(passage, one.channel, APART)) for one in several]).T
     return recorded & (passage.pulses < 0), recorded
 
 

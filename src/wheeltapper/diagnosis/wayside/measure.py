@@ -25,6 +25,7 @@ from wheeltapper.diagnosis.wayside.doubts import (
     gaps_in,
     lost_axles,
     misfits,
+    odd_gains,
     sound_channels,
 )
 from wheeltapper.diagnosis.wayside.passage import Passage, occupied_by, spans_text, with_known_distances
@@ -132,13 +133,13 @@ def trains_in(
     for passage in passages:
         found = passage if known is None else with_known_distances(passage, known)
         sides = sides_of(found, several, site.wheel_radius, uncounted, cutoffs)
-        exchanged, said = exchanged_sides(sides)
-        if exchanged:
-            others = {n for n, one in enumerate(several) if one.channel.sensor.name in exchanged}
+        (odd, said), (exchanged, crossed) = odd_gains(sides), exchanged_sides(sides)
+        if odd | exchanged:
+            others = {n for n, one in enumerate(several) if one.channel.sensor.name in odd | exchanged}
             sides = sides_of(found, several, site.wheel_radius, uncounted | others, cutoffs)
         early, late, cut = ends_within(found, several)
         of_axles = () if found.turns else (*cut, *misfits(found, several), *lost_axles(found, several))
-        told = (*absent, *notes, *more, *said, *of_axles, *found.notes)
+        told = (*absent, *notes, *more, *said, *crossed, *of_axles, *found.notes)
         found = replace(found, notes=told, cut=(bool(early.any()), bool(late.any())))
         trains.append(Measured(_train(found, several, sides, site, rules, name, date), found, several))
     return trains
@@ -303,16 +304,17 @@ def _sum(values: Sequence[float | None]) -> float | None:
 
 
 def _lost_forces(sides: Sequence[Side]) -> list[str]:
-    out = []
+    said: dict[str, list[str]] = {}
     for side in sides:
-        where = f" {side.side}" if side.side else ""
-        lost = (np.flatnonzero(~np.isfinite(side.mean)) + 1).tolist()
-        if lost and side.names:
-            out.append(f"axles {spans_text(lost)}{where}: no channel shows the whole passage; they have no force")
-        if side.clipped.any():
-            axles = spans_text((np.flatnonzero(side.clipped) + 1).tolist())
-            out.append(f"axles {axles}{where}: clipped or missing samples in a channel, which does not count for them")
-    return out
+        lost = ~np.isfinite(side.mean)
+        for axles, what in (
+            (lost & bool(side.names), "no channel shows the whole passage; they have no force"),
+            (side.clipped & ~lost, "clipped or missing samples in a channel, which does not count for them"),
+        ):
+            if axles.any():
+                spans = spans_text((np.flatnonzero(axles) + 1).tolist())
+                said.setdefault(f"axles {spans}{{}}: {what}", []).append(f" {side.side}" if side.side else "")
+    return [note.format("" if len(where) > 1 else where[0]) for note, where in said.items()]
 
 
 def _what_forces_are(several: Sequence[Pulses]) -> list[str]:

@@ -155,6 +155,8 @@ def passage_along(
     notes = speed_notes(speeds, known, either) if not stands else speed_notes(speeds[:1], known, either)
     told = [_stop_note(course, behind, places, *one) for one in stands]
     for begin, end in _dark(seen.some(groups.pulses), course, SLOWER, LONG):
+        if any(one < end and begin < other for one, other in stands):
+            continue
         before = int(np.searchsorted(behind + places.max(), course.way(begin) + ALIKE))
         told.append(
             f"no axle was at the sensors from {begin:.1f} to {end:.1f} s, while the train was slow: it may have stood, "
