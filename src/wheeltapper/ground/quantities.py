@@ -53,6 +53,7 @@ UNITS: dict[str, dict[str, float]] = {
     "inertia per length": {"kg m": 1.0},
     "number": {"": 1.0, "%": 0.01},
     "frequency": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
+    "voltage": {"V": 1.0, "mV": 1e-3, "kV": 1e3},
     "acceleration noise density": {"m/s^2/sqrt(Hz)": 1.0, "ug/sqrt(Hz)": 9.80665e-6, "µg/√Hz": 9.80665e-6},
 }
 """For each dimension, units that are known without pint, and their size in SI."""
@@ -61,7 +62,7 @@ PINT = {
     "pressure": "Pa", "Hertz constant": "N/m**1.5", "acceleration": "m/s**2", "angle": "rad", "curvature": "1/m",
     "time per length": "s/m", "moment of inertia": "kg*m**2", "angular stiffness": "N*m/rad", "number": "",
     "angular damping": "N*m*s/rad", "bending stiffness": "N*m**2", "mass per length": "kg/m",
-    "inertia per length": "kg*m", "frequency": "Hz", "acceleration noise density": "m/s**2/Hz**0.5",
+    "inertia per length": "kg*m", "frequency": "Hz", "voltage": "V", "acceleration noise density": "m/s**2/Hz**0.5",
 }  # fmt: skip
 """The SI unit of each dimension, as pint spells it."""
 _TON = re.compile(r"(?<![a-z_])tons?(?![a-z_])", re.IGNORECASE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from numbers import Integral
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.sensitivity import QUANTITIES, UNKNOWN, Bridge, Quantity, has_number, quantity_of
 from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.describe.table.text import column_list, column_named
 from wheeltapper.describe.table.units import plain_unit
@@ -28,9 +30,9 @@ from wheeltapper.record.reading_table import (
     plain_name,
     speed_column,
 )
-from wheeltapper.record.reading_units import DIMENSIONS, check_place, column_meaning, has_number
+from wheeltapper.record.reading_units import DIMENSIONS, check_place, column_meaning
 from wheeltapper.record.reading_writing import write_recording
-from wheeltapper.record.recording import QUANTITIES, Quantity, Recording
+from wheeltapper.record.recording import Recording
 
 __all__ = ["read_recording", "write_recording"]
 
@@ -65,7 +67,8 @@ def read_recording(
         "deck acceleration" or "force". It follows from the unit, and is needed only to choose among columns.
     unit
         What a 1 in the file is, if the file does not state it: "g", "kN", "10 g"; negative for a sensor that is upside
-        down. A WAV file of integers needs its full scale, such as "10 g".
+        down. Or the sensor's sensitivity, for files in V, mV, mV/V or um/m: "100 mV/g", "250 kN/V". A WAV file of
+        integers needs its full scale, such as "10 g".
     rate
         Samples per second, Hz or as "20 kHz", if the file has neither rate nor times.
     column, time
@@ -112,11 +115,16 @@ def read_recording(
 
 
 class Channel(NamedTuple):
-    """A channel that a file may hold: what it measures, and its unit and rate if the file has none."""
+    """A channel that a file may hold: what it measures, its unit and rate if the file has none, its bridge.
+
+    `column` is the name or number of its column, where none bears its name.
+    """
 
     quantity: Quantity
     unit: str | None = None
     rate: float | None = None
+    bridge: Bridge = UNKNOWN
+    column: str | int | None = None
 
 
 def read_channels_of(
@@ -130,41 +138,57 @@ def read_channels_of(
         table = (read_apart if apart else read_file)(path, largest)
         out = {}
         for name, channel in wanted.items():
-            column = _column_of(table, name, path)
+            column = _column_of(table, name, channel.column, path)
             if column is None:
                 continue
             samples, clock = choose_columns(table, column, None, channel.quantity)
             in_file = table.facts.get("rate")
             stated = _stated_rate(in_file, channel.rate)
-            out[name] = _checked_recording(path, table, samples, clock, channel.quantity, channel.unit, stated, None)
+            own = quantity_of(_own_unit(table, samples))
+            unit = channel.unit if own is None else None  # the file knows it
+            out[name] = _checked_recording(
+                path, table, samples, clock, channel.quantity, unit, stated, None, channel.bridge
+            )
         return out, column_list(table.columns)
     except InputError as error:
         raise error.at(str(path)) from None
 
 
-def _column_of(table: RecordingTable, name: str, path: Path) -> str | int | None:
-    """Return which column of a file a name means; None if no column bears it. A single column has no number."""
-    try:
-        if not (name.isdecimal() and len(table.columns) == 1):
-            column_named(table.columns, "column", name, DIMENSIONS)
-            return name
-    except InputError:
-        pass
+def _column_of(table: RecordingTable, name: str, other: str | int | None, path: Path) -> str | int | None:
+    """Return which column of a file a channel is; None if there is none. A single column has no number.
+
+    Formats spell names in their own ways: "left 1" is "left_1", or "WILD/left 1".
+    """
+    alone = len(table.columns) == 1
+    for asked in (name, other):
+        if asked is None or (alone and str(asked).isdecimal()):
+            continue
+        try:
+            column_named(table.columns, "column", asked, DIMENSIONS)
+            return asked
+        except InputError:
+            alike = [i for i, one in enumerate(table.columns) if _spelt(one.name) == _spelt(str(asked))]
+            if len(alike) == 1 and _spelt(str(asked)):
+                return alike[0]
     if path.name.split(".")[0] != name:
         return None
     only, _ = choose_columns(table, None, None, None)
     return next(i for i, one in enumerate(table.columns) if one is only)
 
 
+def _spelt(name: str) -> str:
+    """Return a name as all formats spell it: without groups, and with one mark for all that is no letter or number."""
+    return re.sub(r"[\W_]+", "_", name.rsplit("/", 1)[-1].casefold()).strip("_")
+
+
 def _checked_recording(
     path: Path, table: RecordingTable, column: Column, clock: Column | None, quantity: Quantity | None,
-    unit: str | None, stated: float | None, speed: float | str | None,
+    unit: str | None, stated: float | None, speed: float | str | None, bridge: Bridge = UNKNOWN,
 ) -> Recording:  # fmt: skip
     """Return the checked recording of a column."""
     facts = table.facts
-    own_unit = plain_unit(column.unit or str(facts.get("unit", "")))
     meant = quantity or _stated_quantity(facts)
-    kind, factor, unit_notes = column_meaning(own_unit, unit, meant)
+    kind, factor, unit_notes = column_meaning(_own_unit(table, column), unit, meant, bridge)
     if meant is None:
         check_place(f"{column.name} {facts.get('quantity', '')}".strip(), kind)
     if table.full_scale and unit is not None and not has_number(unit):
@@ -185,6 +209,11 @@ def _checked_recording(
         samples, grid.rate, kind, grid.start, clipped, pace, str(path), tuple(dict.fromkeys(notes)),
         truth if isinstance(truth, dict) else {},
     )  # fmt: skip
+
+
+def _own_unit(table: RecordingTable, column: Column) -> str:
+    """Return the unit of a column, or of the whole file, "" if there is none."""
+    return plain_unit(column.unit or str(table.facts.get("unit", "")))
 
 
 def _list_or_empty(value: object) -> list[Any]:

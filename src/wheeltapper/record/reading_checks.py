@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.sensitivity import Quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.reading_units import SI
-from wheeltapper.record.recording import Quantity
 
 FloatArray = NDArray[np.float64]
 Place = Callable[[int], str]

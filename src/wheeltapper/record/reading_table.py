@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.sensitivity import Quantity, quantity_of
 from wheeltapper.describe.table.text import column_list, column_named
 from wheeltapper.describe.table.units import is_time, plain_unit
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import UNITS
-from wheeltapper.record.reading_units import DIMENSIONS, quantity_of
-from wheeltapper.record.recording import Quantity
+from wheeltapper.record.reading_units import DIMENSIONS
 
 TIMES = ("t", "time", "times", "timestamp", "time stamp", "elapsed time", "zeit", "temps", "tiempo")
 """Names of a column of times."""

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import re
 
+from wheeltapper.describe.sensitivity import (
+    ALLOWED,
+    UNKNOWN,
+    Bridge,
+    Meaning,
+    Quantity,
+    meaning_of,
+    output_of,
+    quantity_of,
+)
 from wheeltapper.describe.table import units
 from wheeltapper.describe.table.units import plain_unit
-from wheeltapper.ground.errors import InputError, value_text
-from wheeltapper.ground.quantities import unit_factor
-from wheeltapper.record.recording import QUANTITIES, Quantity
+from wheeltapper.ground.errors import InputError
 
 SI: dict[Quantity, str] = {"deck acceleration": "m/s^2", "force": "N"}
 """The SI unit of each quantity."""
-ALLOWED = "m/s^2, g (acceleration), N, kN, kip, lbf (force)"
-"""Units that a recording may have, for messages."""
 
 DIMENSIONS = ("time", "acceleration", "force", "speed")
 """Dimensions that a column of a recording may have."""
-_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
-
 
 _ELSEWHERE = re.compile(
     r"axle[\s_-]*box|axlebox|journal|bogie|car[\s_-]*body|carbody|achslager|radsatzlager|drehgestell|wagenkasten",
@@ -49,29 +53,8 @@ def name_and_unit(header: str) -> tuple[str, str]:
     return units.name_and_unit(header, DIMENSIONS)
 
 
-def has_number(unit: str) -> bool:
-    """Return whether a unit has a number, as in "10 g"."""
-    return _NUMBER.fullmatch(unit.strip()) is not None
-
-
-def quantity_of(unit: str) -> tuple[Quantity, float] | None:
-    """Return the quantity and the SI value of a unit such as "g", "10 g" or "-0.5 kN"; None for any other text."""
-    match = _NUMBER.fullmatch(unit.strip())
-    number, text = (float(match[1]), plain_unit(match[2])) if match else (1.0, plain_unit(unit))
-    if text == "mg":  # in files of accelerometers never milligrams
-        return "deck acceleration", number * 1e-3 * unit_factor("g", "acceleration")
-    if not text or text == "-":
-        return None
-    for quantity, dimension in QUANTITIES.items():
-        try:
-            return quantity, number * unit_factor(text, dimension)
-        except ValueError:
-            continue
-    return None
-
-
 def column_meaning(
-    in_file: str, unit: str | None, quantity: Quantity | None
+    in_file: str, unit: str | None, quantity: Quantity | None, bridge: Bridge = UNKNOWN
 ) -> tuple[Quantity, float, tuple[str, ...]]:
     """Return the quantity of a column, the SI value of its 1, and notes.
 
@@ -80,38 +63,46 @@ def column_meaning(
     in_file
         The column's unit in the file, "" if it has none.
     unit
-        What a 1 in the file is according to the caller: "g", "10 g".
+        What a 1 in the file is according to the caller, "g" or "10 g"; or a sensor's sensitivity, "250 kN/V".
     quantity
         The quantity according to the caller.
+    bridge
+        What is known of the sensor's bridge, to compare volts, shares of the excitation and strains.
 
     Raises
     ------
     InputError
         No unit at all, an unknown one, or two that contradict each other or the quantity.
     """
-    stated = _stated_unit(unit) if unit is not None else None
-    own = quantity_of(in_file) if in_file else None
+    stated = meaning_of(unit) if unit is not None else None
+    own, put_out = quantity_of(in_file) if in_file else None, output_of(in_file)
     if stated is None and own is None:
         found = f"the unit {in_file!r}" if in_file else "no unit, in the file or as argument"
+        if put_out is not None:
+            found += ", of what a sensor puts out"
+            raise InputError("", "unit", found, f'{ALLOWED}: its sensitivity, as unit="250 kN/V" or "100 mV/g"')
         raise InputError("", "unit", found, f'{ALLOWED}; unit="10 g" says that a 1 in the file is 10 g')
-    if stated and own and not _is_same_unit(stated, own):
+    sensitivity = stated is not None and stated.output is not None
+    if stated is not None and stated.output is not None:
+        if put_out is None:
+            found = f"{unit!r}, where the file {f'says {in_file!r}' if in_file else 'has no unit'}"
+            raise InputError(
+                "", "unit", found, 'a file in V, mV, mV/V or um/m; or what a 1 in the file is, as "250 kN"'
+            )
+        kind, factor = put_out
+        share = 1.0 if kind == stated.output else bridge.ratio(kind) / bridge.ratio(stated.output)
+        stated = Meaning(stated.quantity, stated.factor * factor * share)
+    elif stated is not None and own is not None and not _is_same_unit(stated, own):
         raise InputError("", "unit", f"{unit!r}, where the file says {in_file!r}", "the file's unit, or no argument")
-    found_quantity, factor = stated or own or ("force", 1.0)
+    found_quantity, size = (stated.quantity, stated.factor) if stated is not None else own or ("force", 1.0)
     if quantity not in (None, found_quantity):
         raise InputError(
             "", "quantity", f"{quantity!r}, where the unit {unit or in_file!r} is one of {found_quantity}",
             f"{found_quantity!r}, or a column of {quantity}",
         )  # fmt: skip
-    foreign = stated is not None and own is None and plain_unit(in_file) not in ("", "-")
-    return found_quantity, factor, ((f"1 {in_file} in the file is taken as {unit}",) if foreign else ())
+    foreign = not sensitivity and stated is not None and own is None and plain_unit(in_file) not in ("", "-")
+    return found_quantity, size, ((f"1 {in_file} in the file is taken as {unit}",) if foreign else ())
 
 
-def _stated_unit(unit: str) -> tuple[Quantity, float]:
-    found = quantity_of(unit) if isinstance(unit, str) else None
-    if found is None or not 0.0 < abs(found[1]) < float("inf"):
-        raise InputError("", "unit", value_text(unit), ALLOWED)
-    return found
-
-
-def _is_same_unit(a: tuple[Quantity, float], b: tuple[Quantity, float]) -> bool:
-    return a[0] == b[0] and abs(a[1] - b[1]) <= 1e-9 * abs(b[1])
+def _is_same_unit(a: Meaning, b: tuple[Quantity, float]) -> bool:
+    return a.quantity == b[0] and abs(a.factor - b[1]) <= 1e-9 * abs(b[1])

@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from wheeltapper.describe.sensitivity import QUANTITIES
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.arguments import as_recording
 from wheeltapper.record.reading_units import SI
-from wheeltapper.record.recording import QUANTITIES, Recording
+from wheeltapper.record.recording import Recording
 
 SUFFIXES = ".csv, .csv.gz, .npz, .nc"
 """Suffixes of the files that can be written, for messages."""

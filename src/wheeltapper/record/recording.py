@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.sensitivity import QUANTITIES, Quantity
 from wheeltapper.ground.arguments import as_names, as_quantity, as_table, check_choice, check_text
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import to_si
@@ -15,9 +16,6 @@ from wheeltapper.ground.shown import Shown
 from wheeltapper.record.arrays import as_array
 
 FloatArray = NDArray[np.float64]
-Quantity = Literal["deck acceleration", "force"]
-QUANTITIES: dict[Quantity, str] = {"deck acceleration": "acceleration", "force": "force"}
-"""The dimension of each quantity."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -79,7 +79,8 @@ def read_channels(files: Any, site: Site | str | Path, *, apart: bool = False) -
     ----------
     files
         A path, or several: left and right, one for each channel, or all in one. A column belongs to the sensor that
-        bears its name, or its number in the file; a file with one column to the sensor with the file's name.
+        bears its name, or its number in the file; a file with one column to the sensor with the file's name. Where no
+        column bears a sensor's name, its `column` counts.
     site
         The site, or the path of its TOML file.
     apart
@@ -101,7 +102,9 @@ def read_channels(files: Any, site: Site | str | Path, *, apart: bool = False) -
         as_path(one, "files", what) for one in as_list([files] if isinstance(files, Path) else files, "files", what)
     ]
     wanted = {
-        one.name: Wanted("force", one.unit, one.rate if "rate" in one.model_fields_set else None)
+        one.name: Wanted(
+            "force", one.unit, one.rate if "rate" in one.model_fields_set else None, one.bridge, one.column
+        )
         for one in _sensors_of(site)
     }
     deck = site.sensor.name if site.passage is not None else ""
