@@ -1,7 +1,9 @@
 """The explorer's server: who may talk to it, what it answers, and that no scene is lost."""
 
+import gzip
 import json
 import re
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -470,6 +472,9 @@ def test_a_dropped_scenario_becomes_the_scene_and_other_files_are_told_in_a_line
             assert status == 400
             assert said in told["wrong"]
         assert drop("recording.csv", b"t;a\n")[1]["words"].startswith("recording.csv is kept")
+        assert drop("site.toml", (ROOT / "examples" / "site.toml").read_bytes())[0] == 400  # that file is no recording
+        status, told = drop("long.csv.gz", gzip.compress(b"a [g]\n" + b"0.1234567\n" * 10_000_000, compresslevel=1))
+        assert (status, "up to 2000000 samples on a page" in told["wrong"]) == (400, True)
 
 
 def test_numbers_that_are_none_are_null_in_a_frame() -> None:

@@ -23,8 +23,12 @@ from typing import Any, NamedTuple
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.faults.base import CATALOGUE
 from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
-from wheeltapper.diagnosis.wayside.channels import PEAKS, STRIKES
 from wheeltapper.record.limits.rule import LATERAL, OF_FAULTS, Rule
+
+PEAKS = 500.0
+"""Sensors along a track measure edges and peaks of forces below this frequency, Hz,"""
+STRIKES = 2000.0
+"""and strikes below this one, Hz: at high speeds those of flats are short."""
 
 
 class Alarm(NamedTuple):

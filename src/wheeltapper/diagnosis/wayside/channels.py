@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site, as_any_site
+from wheeltapper.describe.table.content import LARGEST
+from wheeltapper.diagnosis.alarms import PEAKS
 from wheeltapper.ground.arguments import as_list, as_path
 from wheeltapper.ground.errors import InputError, with_suggestion
 from wheeltapper.record.filtering import low_passed
@@ -20,10 +22,6 @@ from wheeltapper.record.read_recording import read_channels_of
 from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
-PEAKS = 500.0
-"""Cut-off of the forces whose edges and peaks are taken, Hz."""
-STRIKES = 2000.0
-"""Cut-off of the forces in which strikes are looked for, Hz: at high speeds those of flats are short."""
 BLOCKS, SHORTEST_BLOCK = 16, 4.0
 """Number of blocks of which each gives one point of the first zero line, and their least length, s."""
 MOST = 5
@@ -72,7 +70,9 @@ class Channel:
         return low_passed(self.forces, self.rate, cutoff) if 2.5 * cutoff < self.rate else self.forces
 
 
-def read_channels(files: Any, site: Site | str | Path, *, apart: bool = False) -> dict[str, Recording]:
+def read_channels(
+    files: Any, site: Site | str | Path, *, apart: bool = False, largest: float = LARGEST
+) -> dict[str, Recording]:
     """Read the channels of a site's sensors from one file or several.
 
     Parameters
@@ -83,7 +83,7 @@ def read_channels(files: Any, site: Site | str | Path, *, apart: bool = False) -
         column bears a sensor's name, its `column` counts.
     site
         The site, or the path of its TOML file.
-    apart
+    apart, largest
         As for `read_recording`.
 
     Returns
@@ -113,7 +113,7 @@ def read_channels(files: Any, site: Site | str | Path, *, apart: bool = False) -
     found: dict[str, Recording] = {}
     columns = []
     for path in paths:
-        here, named = read_channels_of(path, wanted, apart=apart)
+        here, named = read_channels_of(path, wanted, apart=apart, largest=largest)
         columns.append(named)
         twice = next((name for name in here if name in found), None)
         if twice is not None:

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wheeltapper.describe.site import Site, as_any_site
-from wheeltapper.diagnosis.alarms import compared
+from wheeltapper.diagnosis.alarms import PEAKS, compared
 from wheeltapper.diagnosis.train import TrainFinding
 from wheeltapper.diagnosis.wayside.axles import passages_of
-from wheeltapper.diagnosis.wayside.channels import PEAKS, Channel, FloatArray, channels_of, read_channels
+from wheeltapper.diagnosis.wayside.channels import Channel, FloatArray, channels_of, read_channels
 from wheeltapper.diagnosis.wayside.deck import DIAGNOSED, Diagnosed, deck_recording, with_models
 from wheeltapper.diagnosis.wayside.doubts import (
     check_train,

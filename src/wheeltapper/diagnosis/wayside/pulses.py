@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.signal import find_peaks, peak_prominences
 
-from wheeltapper.diagnosis.wayside.channels import PEAKS, Channel, FloatArray, foot_points
+from wheeltapper.diagnosis.alarms import PEAKS
+from wheeltapper.diagnosis.wayside.channels import Channel, FloatArray, foot_points
 from wheeltapper.record.filtering import low_passed
 
 FAINTEST = 6.0

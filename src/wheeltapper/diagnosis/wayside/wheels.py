@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.diagnosis.wayside.channels import PEAKS, STRIKES, FloatArray
+from wheeltapper.diagnosis.alarms import PEAKS, STRIKES
+from wheeltapper.diagnosis.wayside.channels import FloatArray
 from wheeltapper.diagnosis.wayside.passage import Passage
 from wheeltapper.diagnosis.wayside.pulses import Pulses, noise_of
 from wheeltapper.diagnosis.wayside.seen import edge_of, seen_share

@@ -18,6 +18,9 @@ from wheeltapper.ground.progress import reporting
 
 LARGEST = 2**28
 """Largest dropped file, bytes."""
+UNPACKED, SAMPLES = 2**26, 2_000_000
+"""Largest recording of a deck that a page answers, in bytes unpacked and in samples: others take minutes."""
+LONG_ONES = f"up to {SAMPLES} samples on a page; cut it about the passage, or use `wheeltapper diagnose`"
 
 
 def safe_name(name: str) -> str:
@@ -83,7 +86,15 @@ def _of_deck(path: Path, site: Site, tell: Callable[[str, float, float], None]) 
     from wheeltapper.diagnosis.diagnose import diagnose
     from wheeltapper.record.read_recording import read_recording
 
-    finding = diagnose(read_recording(path, apart=True), site, progress=tell)
+    try:
+        recording = read_recording(path, apart=True, largest=UNPACKED)
+    except InputError as error:
+        if "bytes unpacked" not in str(error):
+            raise
+        raise InputError(path.name, "", f"more than {UNPACKED >> 20} MiB unpacked", LONG_ONES) from None
+    if len(recording.samples) > SAMPLES:
+        raise InputError(path.name, "", f"{len(recording.samples)} samples", LONG_ONES)
+    finding = diagnose(recording, site, progress=tell)
     return finding.verdict, finding
 
 
@@ -92,7 +103,7 @@ def _of_detector(path: Path, site: Site) -> tuple[str, Any]:
     from wheeltapper.diagnosis.wayside.channels import read_channels
     from wheeltapper.diagnosis.wayside.measure import measure_trains
 
-    trains = measure_trains(read_channels(path, site, apart=True), site, name=path.name)
+    trains = measure_trains(read_channels(path, site, apart=True, largest=LARGEST), site, name=path.name)
     if not trains:
         raise InputError(path.name, "", "no axle", "a recording of a train by the sensors of the site")
     train = max(trains, key=lambda one: len(one.axles))
