@@ -150,13 +150,27 @@ class Compared(NamedTuple):
     untested: tuple[Untested, ...]
 
 
-def untested_lines(untested: Sequence[Untested]) -> list[str]:
-    """Return what was not measured in words, rules with the same reason together."""
-    groups: dict[tuple[str, str], list[str]] = {}
+class Together(NamedTuple):
+    """Rules that were not measured for one reason: their names, the largest value that was found, and whose it is."""
+
+    word: str
+    names: tuple[str, ...]
+    reason: str
+    found: str
+    where: str
+
+    def __str__(self) -> str:
+        found = f"; found {self.found}, {self.where}" if self.found else ""
+        return f"{self.word}: {'; '.join(self.names)}: {self.reason}{found}"
+
+
+def together(untested: Sequence[Untested]) -> list[Together]:
+    """Return what was not measured, rules with the same reason together."""
+    groups: dict[tuple[str, ...], list[str]] = {}
     for one in untested:
-        found = f"; found {one.rule.value_text(one.found)}, {one.where}" if isfinite(one.found) else ""
-        groups.setdefault((one.word, f"{one.reason}{found}"), []).append(one.rule.name)
-    return [f"{word}: {'; '.join(names)}: {reason}" for (word, reason), names in groups.items()]
+        found = (one.rule.value_text(one.found), one.where) if isfinite(one.found) else ("", "")
+        groups.setdefault((one.word, one.reason, *found), []).append(one.rule.name)
+    return [Together(word, tuple(names), *rest) for (word, *rest), names in groups.items()]
 
 
 def compared(

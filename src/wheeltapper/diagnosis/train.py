@@ -13,7 +13,7 @@ import numpy as np
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.describe.track.stiff import StiffTrack
-from wheeltapper.diagnosis.alarms import Alarm, Untested, compared, untested_lines, wheel_forces
+from wheeltapper.diagnosis.alarms import Alarm, Untested, compared, together, wheel_forces
 from wheeltapper.diagnosis.diagnose import diagnose
 from wheeltapper.diagnosis.faults.base import CATALOGUE
 from wheeltapper.diagnosis.finding import HEALTHY, KIP, NOT_EXPLAINED, Finding
@@ -216,7 +216,7 @@ class TrainFinding(Shown):
             lines += [str(alarm) for alarm in alarms[:FEWEST]]
             if len(alarms) > FEWEST:
                 lines.append(f"axle {axle}: and {len(alarms) - FEWEST} more alarms")
-        return "\n".join([*lines, *untested_lines(self.untested), *self._train_notes()])
+        return "\n".join([*lines, *map(str, together(self.untested)), *self._train_notes()])
 
     def _faulty_text(self) -> str:
         rows = self.table()

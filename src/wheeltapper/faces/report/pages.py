@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from wheeltapper._version import __version__
+from wheeltapper.diagnosis.alarms import together
 from wheeltapper.diagnosis.train import TrainFinding, cell_text
 from wheeltapper.diagnosis.wayside.measure import NO_FORCE, NO_STRIKES, STRIKES
 from wheeltapper.faces.report.answers import FINDINGS, Train
@@ -106,7 +107,7 @@ def train_page(
     return _templates().get_template("train.html").render(
         title=f"{finding.name}, {finding.site.name}", name=finding.name, number=number, site=finding.site.name,
         passed=passed[0], stated=passed[1], summary=summary_of(train), pictures=pictures, alarms=finding.alarms,
-        untested=finding.untested, kept=_kept(finding),
+        untested=together(finding.untested), kept=_kept(finding),
         bad=any(one["row"]["finding"] not in (NO_STRIKES, NO_FORCE) for one in pictures), rules=finding.rules,
         drawing=drawing_of(finding.axles, finding.vehicles, train.wheels), wheels=train.wheels,
         columns=finding.columns(), vehicles=finding.vehicles, notes=[*notes, *finding.notes],
