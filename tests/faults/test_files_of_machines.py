@@ -145,13 +145,22 @@ def test_old_miniprof_and_files_with_sections_are_the_profile_of_a_new_one(name,
         np.testing.assert_array_equal(getattr(found, field), getattr(new, field))
 
 
-def test_a_file_with_the_points_of_two_profiles_is_refused(tmp_path):
+def test_of_two_profiles_in_a_file_one_is_named(tmp_path):
     second = "[Profile2Info]\nColumnDef=X,Y\n\n[Profile2Points]\n"
     (tmp_path / "a.mpt").write_text(f"{SECTIONS}{ROWS}{second}")  # the second one has no points
     assert len(_file_outline(tmp_path / "a.mpt", "wheel").y) == 200
-    (tmp_path / "a.mpt").write_text(f"{SECTIONS}{ROWS}{second}{ROWS}")
-    with pytest.raises(wt.InputError, match=r"found 2 profiles with points \(\[Profile1Points\], \[Profile2Points\]\)"):
-        _file_outline(tmp_path / "a.mpt", "wheel")
+    fewer = "".join(ROWS.splitlines(keepends=True)[:150])
+    (tmp_path / "a.mpt").write_text(f"{SECTIONS}{ROWS}{second}{fewer}")
+    said = (
+        r"found 2 profiles with points \(\[Profile1Points\], \[Profile2Points\]\); allowed: one of them, as 'a.mpt#2'"
+    )
+    for name in ("a.mpt", "a.mpt#3", "a.mpt#0"):
+        with pytest.raises(wt.InputError, match=said):
+            _file_outline(tmp_path / name, "wheel")
+    for number, count in ((1, 200), (2, 150)):
+        assert len(_file_outline(tmp_path / f"a.mpt#{number}", "wheel").y) == count
+    with pytest.raises(wt.InputError, match="no such file"):
+        _file_outline(tmp_path / "b.mpt#1", "wheel")
 
 
 @pytest.mark.parametrize("micrometre", [b"\xa6\xccm", "µm".encode(), "μm".encode(), b"\xb5m"])

@@ -92,7 +92,8 @@ def wheel_profile(name_or_path: str) -> Shape:
     Parameters
     ----------
     name_or_path
-        "S1002"; or a file: two columns (.txt, .dat, .csv), MiniProf (.whl, .mpt) or SIMPACK (.prw).
+        "S1002"; or a file: two columns (.txt, .dat, .csv), MiniProf (.whl, .mpt) or SIMPACK (.prw). One of several
+        profiles in a file is "worn.mpt#2".
 
     Returns
     -------
@@ -116,7 +117,8 @@ def rail_profile(name_or_path: str) -> Shape:
     Parameters
     ----------
     name_or_path
-        "60E1"; or a file: two columns (.txt, .dat, .csv), MiniProf (.ban, .mpt) or SIMPACK (.prr).
+        "60E1"; or a file: two columns (.txt, .dat, .csv), MiniProf (.ban, .mpt) or SIMPACK (.prr). One of several
+        profiles in a file is "worn.mpt#2".
 
     Returns
     -------
@@ -157,6 +159,9 @@ def _profile_curve(y: FloatArray, z: FloatArray, noise: float) -> Shape:
 
 def _file_outline(path: Path, kind: Kind) -> Outline:
     """Return the points of a file; its format follows from its suffix, or from its text."""
+    number = 0
+    if not path.is_file() and (several := re.fullmatch(r"(.+\.mpt)#(\d+)", path.name, re.IGNORECASE)):
+        path, number = path.with_name(several[1]), int(several[2])
     suffix = path.suffix.lower()
     own = [name for name, owner in OWNER.items() if owner == kind]
     known = f"{BUILT_IN[kind]!r}, or a file with the suffix {', '.join((*PLAIN, *own, '.mpt'))}"
@@ -171,7 +176,7 @@ def _file_outline(path: Path, kind: Kind) -> Outline:
     if suffix in (".prw", ".prr") or re.search(r"^\s*point\.begin", text, re.MULTILINE):
         return _simpack_outline(lines, kind)
     if suffix not in PLAIN or re.search(r"^(XYPoints|ColumnDef)\s*=", text, re.MULTILINE | re.IGNORECASE):
-        return _miniprof_outline(lines, kind)
+        return _miniprof_outline(_of_one_profile(lines, path.name, number), kind)
     return _two_columns(lines)
 
 
@@ -214,7 +219,6 @@ def _miniprof_outline(lines: Lines, kind: Kind) -> Outline:
     An old one begins with MINIPROF and has numbers in its header, too. One with sections has KEY=VALUE in several.
     """
     old = bool(lines) and lines[0][1].upper().startswith("MINIPROF")
-    lines = _of_one_profile(lines)
     begin = next((i for i, (_, text) in enumerate(lines) if not text or (_is_row(text) and not old)), len(lines))
     pairs = [text.partition("=") for _, text in lines[:begin] if "=" in text and text[0] not in '"#!']
     header = {key.strip().upper(): value.strip() for key, _, value in pairs}
@@ -234,25 +238,30 @@ def _miniprof_outline(lines: Lines, kind: Kind) -> Outline:
     return Outline(x[np.argmax(z)] - x, z) if len(x) else Outline(x, z)  # x = 0 is the position of the instrument
 
 
-def _of_one_profile(lines: Lines) -> Lines:
-    """Return the lines of a file with sections as those of a file without: its header, a blank line, its points."""
+def _of_one_profile(lines: Lines, file: str, number: int) -> Lines:
+    """Return the lines of a file with sections as those of a file without: its header, a blank line, its points.
+
+    `number` is that of the profile whose points are taken; 0: there is only one.
+    """
     begins = [i for i, (_, text) in enumerate(lines) if re.fullmatch(r"\[Profile\d+Points\]", text, re.IGNORECASE)]
     if not begins:
         return lines
     ends = [next((j for j in range(i + 1, len(lines)) if lines[j][1].startswith("[")), len(lines)) for i in begins]
     held = [(lines[i][1], lines[i + 1 : end]) for i, end in zip(begins, ends, strict=True)]
     held = [one for one in held if any(_is_row(text) for _, text in one[1])]
-    if len(held) != 1:
+    numbers = [int(re.sub(r"\D", "", name)) for name, _ in held]
+    if not held or number not in (numbers if len(held) > 1 or number else (0,)):
         found = f"{len(held)} profiles with points ({', '.join(name for name, _ in held)})" if held else "no points"
-        raise InputError("", "sections", found, "a file with the points of one profile")
-    (name, points), number = held[0], lines[begins[0]][0]
+        allowed = f"one of them, as {f'{file}#{numbers[-1]}'!r}" if held else "a file with the points of a profile"
+        raise InputError("", "sections", found, allowed)
+    name, points = held[numbers.index(number) if number else 0]
     wanted = ("[fileinfo]", name.lower().replace("points", "info"))
     header: Lines = []
     section = ""
     for line in lines:
         section = line[1].lower() if line[1].startswith("[") else section
         header += [line] if "=" in line[1] and section in wanted else []
-    return [*header, (number, ""), *points]
+    return [*header, (lines[begins[0]][0], ""), *points]
 
 
 def _at_datum(y: FloatArray, z: FloatArray) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.diagnosis.wayside.channels import Channel, FloatArray
-from wheeltapper.diagnosis.wayside.passage import Passage, channel_names, spans_text
+from wheeltapper.diagnosis.wayside.passage import Passage, axles_text, channel_names
 from wheeltapper.diagnosis.wayside.pulses import Pulses, usual_height
 from wheeltapper.diagnosis.wayside.wheels import Side
 from wheeltapper.ground.errors import InputError
@@ -45,7 +45,7 @@ EXCHANGED = (0.05, 3.0)
 of the other rail, is of the other rail."""
 GAP = 0.04
 """Samples that most channels lack for longer than this are told, s."""
-APART = 0.25
+APART = 0.5
 """A pulse that begins or ends closer than this to a gap in the recording, m, is not lost."""
 SAME = 0.1
 """Places that differ by less than this are the same, m."""
@@ -350,9 +350,9 @@ def ends_within(passage: Passage, several: Sequence[Pulses]) -> tuple[NDArray[np
     notes = []
     for axles, what, more in ((early, "begins", "be missing before them"), (late, "ends", "follow")):
         if axles.any():
-            which = spans_text((np.flatnonzero(axles) + 1).tolist())
+            which = axles_text((np.flatnonzero(axles) + 1).tolist())
             notes.append(
-                f"the recording {what} while the train passes: of axles {which} some sensors show nothing, and more "
+                f"the recording {what} while the train passes: of {which} some sensors show nothing, and more "
                 f"axles may {more}"
             )
     return early, late, notes
@@ -388,7 +388,7 @@ def lost_axles(passage: Passage, several: Sequence[Pulses]) -> list[str]:
         if lost.any():
             groups.setdefault(tuple(np.flatnonzero(lost).tolist()), []).append(axle)
     return notes + [
-        f"axle{'s' if len(axles) > 1 else ''} {spans_text(axles)}: lost in {len(lost)} of {missed.shape[1]} channels: "
+        f"{axles_text(axles)}: lost in {len(lost)} of {missed.shape[1]} channels: "
         f"{channel_names(several, np.array(lost))}"
         for lost, axles in groups.items()
     ]

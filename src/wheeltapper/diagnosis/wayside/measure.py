@@ -28,7 +28,7 @@ from wheeltapper.diagnosis.wayside.doubts import (
     odd_gains,
     sound_channels,
 )
-from wheeltapper.diagnosis.wayside.passage import Passage, occupied_by, spans_text, with_known_distances
+from wheeltapper.diagnosis.wayside.passage import Passage, axles_text, occupied_by, with_known_distances
 from wheeltapper.diagnosis.wayside.pulses import Pulses, pulses_of
 from wheeltapper.diagnosis.wayside.seen import blind_shares
 from wheeltapper.diagnosis.wayside.vehicles import Vehicle, vehicles_of
@@ -199,7 +199,7 @@ def _train(
     notes = [*site_notes(site), *_notes_of_channels(several)]
     alone = _alone(vehicles, passage)
     if alone and len(vehicles) > 1 and not passage.turns:
-        notes.append(f"axles {spans_text(alone)}: by the distances in no vehicle; perhaps an axle beside them was lost")
+        notes.append(f"{axles_text(alone)}: by the distances in no vehicle; perhaps an axle beside them was lost")
     notes += [*passage.notes, *_lost_forces(sides), *_what_forces_are(several), *_blind(site, passage)]
     told = tuple(_vehicle(number, one, entries) for number, one in enumerate(vehicles, 1))
     alarms, untested = compared(entries, rules, site, told)
@@ -312,8 +312,8 @@ def _lost_forces(sides: Sequence[Side]) -> list[str]:
             (side.clipped & ~lost, "clipped or missing samples in a channel, which does not count for them"),
         ):
             if axles.any():
-                spans = spans_text((np.flatnonzero(axles) + 1).tolist())
-                said.setdefault(f"axles {spans}{{}}: {what}", []).append(f" {side.side}" if side.side else "")
+                which = axles_text((np.flatnonzero(axles) + 1).tolist())
+                said.setdefault(f"{which}{{}}: {what}", []).append(f" {side.side}" if side.side else "")
     return [note.format("" if len(where) > 1 else where[0]) for note, where in said.items()]
 
 

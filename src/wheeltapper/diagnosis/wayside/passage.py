@@ -121,7 +121,12 @@ def channel_names(several: Sequence[Pulses], numbers: NDArray[np.int64]) -> str:
     return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 
-def spans_text(numbers: Sequence[int]) -> str:
+def axles_text(numbers: Sequence[int]) -> str:
+    """Return rising numbers of axles as text: axle 3; axles 1 to 3, 7."""
+    return f"axle{'s' if len(numbers) > 1 else ''} {_spans_text(numbers)}"
+
+
+def _spans_text(numbers: Sequence[int]) -> str:
     """Return rising numbers as text: 1 to 3, 7."""
     spans: list[list[int]] = []
     for number in numbers:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from wheeltapper.diagnosis.wayside.channels import FloatArray
 from wheeltapper.diagnosis.wayside.course import Course, by_axles, by_lengths
 from wheeltapper.diagnosis.wayside.grouping import ALIKE, CLOSEST, Grouping, Groups, Seen, clustered, grouped, score_of
-from wheeltapper.diagnosis.wayside.passage import Passage, spans_text, speed_notes
+from wheeltapper.diagnosis.wayside.passage import Passage, axles_text, speed_notes
 from wheeltapper.diagnosis.wayside.pulses import Pulses
 
 UNEVEN = 1.5
@@ -63,7 +63,7 @@ def _score(found: Grouping) -> int:
 def turning(passage: Passage, when: float) -> Passage:
     """Return a passage of a train that turns round, which says so instead of what follows from it."""
     lost = (np.flatnonzero((passage.pulses < 0).any(axis=1)) + 1).tolist()
-    which = f", and of these axles {spans_text(lost)} did not pass all sensors" if lost else ""
+    which = f", and {axles_text(lost)} did not pass all sensors" if lost else ""
     told = f"the train turned round after {when:.1f} s: its axles pass twice{which}"
     return replace(passage, notes=(told,), turns=True)
 
@@ -172,7 +172,7 @@ def _stop_note(course: Course, behind: FloatArray, places: FloatArray, begins: f
     """Return what is said of a stop, from and until these times, s; `places` are those of channels along the way."""
     way = float(course.way(0.5 * (begins + ends)))
     there = np.flatnonzero((way - behind > places.min() - ALIKE) & (way - behind < places.max() + ALIKE)) + 1
-    which = f", with axles {spans_text(there.tolist())} among the sensors" if len(there) else ""
+    which = f", with {axles_text(there.tolist())} among the sensors" if len(there) else ""
     return (
         f"the train stopped at {begins:.1f} s for about {ends - begins:.0f} s{which}; strikes are not looked for where "
         f"wheels were slower than {CREEPING:g} m/s"

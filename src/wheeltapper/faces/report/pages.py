@@ -27,6 +27,8 @@ MARKS = {
 """Class in the style sheet, and mark in a wheel, of each finding."""
 COURSES = 24
 """Largest number of wheels whose courses over the passages a page shows."""
+LEFT_OUT = ("peak_kips", "dynamic_increment", "forces_from")
+"""Columns of a train's table that a page leaves out, so that its alarms are in sight; the table beside it has all."""
 LATEST = 1000
 """Largest number of recordings in the index; the table beside it has all."""
 SPARK = (150.0, 26.0, 4.0)
@@ -110,7 +112,8 @@ def train_page(
         untested=together(finding.untested), kept=_kept(finding),
         bad=any(one["row"]["finding"] not in (NO_STRIKES, NO_FORCE) for one in pictures), rules=finding.rules,
         drawing=drawing_of(finding.axles, finding.vehicles, train.wheels), wheels=train.wheels,
-        columns=finding.columns(), vehicles=finding.vehicles, notes=[*notes, *finding.notes],
+        columns=[column for column in finding.columns() if column[0] not in LEFT_OUT],
+        vehicles=finding.vehicles, notes=[*notes, *finding.notes],
         courses=courses[:COURSES], known=len(courses),
     )  # fmt: skip
 
