@@ -258,6 +258,10 @@ def check_train(passages: Sequence[Passage], several: Sequence[Pulses]) -> None:
         if passage.sure and len(several) > 2 and wrong > ODD * len(several):
             found = f"{wrong} of {len(several)} channels that show axles beside their places"
             raise InputError("", "recordings", found, allowed)
+        early, late, _ = ends_within(passage, several)
+        if (early | late).all() and (early & late).any():
+            found = "pulses that are of no axle, or of axles that take longer over the sensors than the recording lasts"
+            raise InputError("", "recordings", found, allowed)
         lost, recorded = _lost(passage, several)
         sound = np.argsort(lost.mean(axis=0))[: len(several) - len(several) // 3]  # some may be dead
         share = float(lost[:, sound].sum() / max(recorded[:, sound].sum(), 1))
