@@ -114,6 +114,18 @@ def test_a_train_that_stops_loses_no_axle():
     assert not any(row["strikes"] for row in train.table())
 
 
+def test_a_train_that_stops_at_sensors_at_one_place_has_the_distances_of_a_known_vehicle():
+    line, t = Line([("pair", 0.1, 0.5)]), times(50.0)
+    speed = np.interp(t, [0.0, 3.0, 7.35, 27.0, 37.0, 60.0], [10.0, 10.0, 0.0, 0.0, 8.0, 8.0])
+    readings = slow_train(line, -4.0 + np.cumsum(speed) / RATE, WAGONS, LOADS)
+    narrow = site_of(line).replaced({"sensors.0.x1": 0.12})  # stated 5 % too short
+    (train,) = measure_trains(recorded(readings), narrow, distances=[1.8, 7.2, 1.8])
+    assert any("it may have stood" in note for note in train.notes)
+    assert any("the known vehicle begins at axle" in note for note in train.notes)
+    assert len(train.axles) == len(WAGONS)
+    assert np.allclose([axle["place"] for axle in train.axles[:4]], WAGONS[:4], atol=0.1)
+
+
 def test_two_trains_in_one_recording():
     t = times(30.0)
     readings = sum(slow_train(LINE, -4.0 + v * (t - t0), WAGONS, LOADS) for v, t0 in ((15.0, 0.0), (18.0, 20.0)))

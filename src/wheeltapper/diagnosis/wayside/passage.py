@@ -94,7 +94,10 @@ def with_known_distances(passage: Passage, distances: Sequence[float]) -> Passag
 
     Where channels at several places give the speed, it is kept, and a note says by how much the other one differs.
     """
-    gaps, known = np.abs(np.diff(passage.times)), np.array(distances)
+    # Of a train with a course ways are compared instead of times: "speed" is then a factor.
+    course = passage.course
+    gaps = np.abs(np.diff(passage.times)) if course is None else np.diff(passage.places)
+    known = np.array(distances)
     best = (np.inf, 0, 1.0)
     for first in range(len(gaps) - len(known) + 1):
         part = gaps[first : first + len(known)]
@@ -106,13 +109,15 @@ def with_known_distances(passage: Passage, distances: Sequence[float]) -> Passag
         note = "the known distances of axles are nowhere in this train"
         return replace(passage, notes=(*passage.notes, note))
     own = float(np.mean(np.abs(passage.speeds[first : first + len(known) + 1])))
+    speed *= 1.0 if course is None else own
     told = f"the known vehicle begins at axle {first + 1}; by its distances the speed is {3.6 * speed:.2f} km/h"
     if passage.sure:
         return replace(passage, notes=(*passage.notes, f"{told}, by the channels {3.6 * own:.2f} km/h"))
     factor = speed / own
     return replace(
-        passage, speeds=passage.speeds * factor, places=passage.places * factor, notes=(*passage.notes, told)
-    )
+        passage, speeds=passage.speeds * factor, places=passage.places * factor, notes=(*passage.notes, told),
+        course=None if course is None else Course(course.times, course.ways * factor),
+    )  # fmt: skip
 
 
 def channel_names(several: Sequence[Pulses], numbers: NDArray[np.int64]) -> str:

@@ -24,6 +24,8 @@ SLOW, DARK = 2.0, 0.5
 """A train slower than this, m/s, may stand for a while longer than this, s, in which no sensor feels an axle."""
 SLOWER, LONG = 4.0, 2.5
 """A train slower than this, m/s, may have stopped unseen while no axle was at a sensor for longer than this, s."""
+UNSEEN = 20.0
+"""Longest way that such a train goes unseen, m."""
 REVERSES = 0.3
 """A train may turn round where it is slower than this share of its usual speed."""
 
@@ -43,6 +45,8 @@ def along_courses(usual: Grouping) -> list[tuple[Grouping, float | None]]:
     seen = usual.seen
     course = by_lengths(*seen.ends, seen.length)
     turned, along = _turned(seen, course), _best_along(seen, course)
+    assert along.course is not None
+    course = along.course
     # A train that stands where no sensor feels it has a shorter way there.
     for begin, end in _dark(seen, course, SLOW, DARK):
         ways = np.arange(0.0, float(course.way(end) - course.way(begin)), 0.5 * CLOSEST).tolist()
@@ -53,7 +57,13 @@ def along_courses(usual: Grouping) -> list[tuple[Grouping, float | None]]:
     if turned is not None and turned[0].score + turned[1].score > max(along.score, usual.score):
         when = float(turned[0].seen.ends[1].max())
         return [(part, when) for part in turned]
-    return [(along if along.score >= usual.score else usual, None)]
+    if along.score < usual.score:
+        return [(usual, None)]
+    # Nobody knows how far a train went unseen; it is not taken to be two trains because of that.
+    for begin, end in _dark(seen, course, SLOWER, LONG):
+        if course.way(end) - course.way(begin) > UNSEEN:
+            course = course.shortened(begin, end, UNSEEN)
+    return [(along._replace(course=course), None)]
 
 
 def _score(found: Grouping) -> int:
@@ -152,7 +162,7 @@ def passage_along(
     slow = course.speed(at) < STANDS
     edges = np.flatnonzero(np.diff(slow, prepend=False, append=False)).reshape(-1, 2)
     stands = tuple((float(at[a]), float(at[min(b, len(at) - 1)])) for a, b in edges.tolist())
-    notes = speed_notes(speeds, known, either) if not stands else speed_notes(speeds[:1], known, either)
+    notes = speed_notes(speeds if not stands else speeds[:1], known, either)  # a stop says that the speed changes
     told = [_stop_note(course, behind, places, *one) for one in stands]
     for begin, end in _dark(seen.some(groups.pulses), course, SLOWER, LONG):
         if any(one < end and begin < other for one, other in stands):
