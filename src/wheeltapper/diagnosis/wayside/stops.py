@@ -167,7 +167,11 @@ def passage_along(
     for begin, end in _dark(seen.some(groups.pulses), course, SLOWER, LONG):
         if any(one < end and begin < other for one, other in stands):
             continue
-        before = int(np.searchsorted(behind + places.max(), course.way(begin) + ALIKE))
+        before = int(np.searchsorted(behind + places.mean(), course.way(0.5 * (begin + end))))
+        unseen = float(course.way(end) - course.way(begin))
+        if unseen > UNSEEN:
+            course = course.shortened(begin, end, UNSEEN)
+            behind[before:] -= unseen - UNSEEN
         told.append(
             f"no axle was at the sensors from {begin:.1f} to {end:.1f} s, while the train was slow: it may have stood, "
             f"and the distance of axles {before} and {before + 1} is uncertain"
