@@ -90,6 +90,21 @@ def test_an_array_has_numbers_of_columns(tmp_path):
     same(found)
 
 
+def test_a_renamed_column_costs_its_channel_and_is_told(tmp_path):
+    names = ["lefft 1" if name == "left 1" else name for name in TRUE]
+    (found,) = measure_trains(csv(tmp_path / "train.csv", 1e-3, "kN", names), site())
+    assert len(found.axles) == 12
+    assert "not in the recording: the channels 'left 1'" in found.notes
+    assert "all channels: there are columns of no channel: lefft 1" in found.notes
+
+
+def test_two_sensors_have_no_column_in_common(tmp_path):
+    sensors = [one | {"rate": RATE} for one in SENSORS]
+    twice = Site(sensor=[*sensors[:-1], sensors[-1] | {"name": "right two", "column": "left 0"}])
+    with pytest.raises(InputError, match=r"right two: found the column 'left 0', which is that of 'left 0'"):
+        measure_trains(csv(tmp_path / "train.csv", 1e-3, "kN"), twice)
+
+
 @pytest.mark.parametrize(
     ("more", "parts"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from numbers import Integral
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -132,16 +133,22 @@ def read_channels_of(
 ) -> tuple[dict[str, Recording], str]:
     """Return the recordings of those channels, by their names, that are columns of a file, and a list of its columns.
 
-    The file is read once. One with one column has the channel that is called like the file, without its suffix.
+    The file is read once. One with one column has the channel that is called like the file, without its suffix. Where
+    channels are lost, columns that are none of them are noted: they may bear a wrong name.
     """
     try:
         table = (read_apart if apart else read_file)(path, largest)
-        out = {}
+        out: dict[str, Recording] = {}
+        taken: dict[int, str] = {}
+        clocks = set[int]()
         for name, channel in wanted.items():
             column = _column_of(table, name, channel.column, path)
             if column is None:
                 continue
             samples, clock = choose_columns(table, column, None, channel.quantity)
+            if taken.setdefault(id(samples), name) != name:
+                found = f"the column {column!r}, which is that of {taken[id(samples)]!r}"
+                raise InputError("", name, found, "a column for each channel")
             in_file = table.facts.get("rate")
             stated = _stated_rate(in_file, channel.rate)
             own = quantity_of(_own_unit(table, samples))
@@ -149,6 +156,11 @@ def read_channels_of(
             out[name] = _checked_recording(
                 path, table, samples, clock, channel.quantity, unit, stated, None, channel.bridge
             )
+            clocks.add(id(clock))
+        others = [one for one in table.columns if id(one) not in {*taken, *clocks}]
+        if out and len(out) < len(wanted) and others:
+            note = f"there are columns of no channel: {column_list(others, table.columns)}"
+            out = {name: replace(one, notes=(*one.notes, note)) for name, one in out.items()}
         return out, column_list(table.columns)
     except InputError as error:
         raise error.at(str(path)) from None
