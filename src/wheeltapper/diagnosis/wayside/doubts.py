@@ -16,7 +16,7 @@ from wheeltapper.ground.errors import InputError
 
 WRAPPED, OFTEN = 0.8, 20
 """A channel that jumps so often by this share of its range has lost the signs of its numbers."""
-FEWEST = 6
+FEWEST = 10
 """Of fewer channels it is not known which one is wrong."""
 ENOUGH = 1000.0
 """Samples per second that show whether axles press upwards or downwards, Hz."""
