@@ -157,7 +157,8 @@ OTHERS = (
     "the site's motion has no exact derivatives", "What has no tangents has differences",
     "where it counts something: then it has no gradient",
     # mechanics
-    "tells wheels of a train from each other, but neither", "where it lies on no orbit", "then no orbit attracts",
+    "What makes no train is refused", "longer ones are refused in a line",
+    "where it lies on no orbit", "then no orbit attracts",
     "Modes without any damping neither grow nor decay", "They say nothing about whether a rail is rigid",
     "up to which it does not yield", "neither load nor contact constant", "d and v are linear in the state",
 )  # fmt: skip
