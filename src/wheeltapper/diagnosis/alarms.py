@@ -66,9 +66,7 @@ class Alarm(NamedTuple):
     @property
     def where(self) -> str:
         """Whose alarm it is, in words."""
-        if self.vehicle:
-            return f"vehicle {self.vehicle}"
-        return f"axle {self.axle} {self.side}".strip()
+        return _whose(self.rule, self)
 
     @property
     def value_text(self) -> str:
@@ -143,6 +141,13 @@ class _Value(NamedTuple):
     band: float = inf
 
 
+def _whose(rule: Rule, one: Alarm | _Value) -> str:
+    """Return whose value it is that a rule limits, in words."""
+    if rule.per == "train":
+        return "train"
+    return f"vehicle {one.vehicle}" if one.vehicle else f"axle {one.axle} {one.side}".strip()
+
+
 class Compared(NamedTuple):
     """The alarms of a train, and the rules that it was not, or not wholly, compared with."""
 
@@ -205,7 +210,7 @@ def compared(
         if reason:
             held = [one for one in values if one not in raised and isfinite(one.value)]
             most = max(held, key=lambda one: one.value / rule.allowed(one.static), default=None)
-            where = "" if most is None else Alarm(most.axle, rule, 0.0, "", most.side, most.vehicle).where
+            where = "" if most is None else _whose(rule, most)
             untested.append(Untested(rule, reason, nan if most is None else most.value, where))
     return Compared(tuple(sorted(alarms, key=lambda one: one.axle)), tuple(untested))
 
@@ -327,9 +332,12 @@ def _measured(
         (axle, entry) for axle, entry in enumerate(entries, 1) if not rule.misfit(_diameter(rule, site), entry["speed"])
     ]
     if rule.is_of_forces:
-        return _of_peaks(fitting, rule)
-    values = list(_of_vehicles(vehicles, rule) if rule.per == "vehicle" else _of_axles(fitting, rule))
-    return values, "" if values else "limits loads of both rails, and there is no force of one of them"
+        values, reason = _of_peaks(fitting, rule)
+    else:
+        values = list(_of_vehicles(vehicles, rule) if rule.per == "vehicle" else _of_axles(fitting, rule))
+        reason = "" if values else "limits loads of both rails, and there is no force of one of them"
+    lost = [str(axle) for axle, entry in fitting if any(one["static_force"] is None for one in entry["wheels"])]
+    return values, reason or (f"some wheels of axles {', '.join(lost)} have no force" if lost else "")
 
 
 def _ratio(one: float, other: float) -> float:

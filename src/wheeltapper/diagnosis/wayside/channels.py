@@ -58,6 +58,11 @@ class Channel:
         """Time of each sample, s."""
         return self.start + np.arange(len(self.forces)) / self.rate
 
+    @property
+    def end(self) -> float:
+        """Time of the last sample, s."""
+        return self.start + (len(self.forces) - 1) / self.rate
+
     def covers(self, begins: FloatArray, ends: FloatArray) -> NDArray[np.bool_]:
         """Return whether it was recorded, without missing samples, from and until these times, s."""
         first, last = (np.rint((at - self.start) * self.rate).astype(np.int64) for at in (begins, ends))

@@ -331,7 +331,7 @@ def _lengths_of_pulses(times: FloatArray, ratios: FloatArray) -> list[str]:
 
 def gaps_in(channels: Sequence[Channel]) -> list[str]:
     """Return when most channels have no samples: what passed then is not seen."""
-    begin, end = max(one.start for one in channels), min(float(one.times[-1]) for one in channels)
+    begin, end = max(one.start for one in channels), min(one.end for one in channels)
     times = np.arange(begin, end, GAP / 4.0)
     covers = np.array([one.covers(times, times) for one in channels])
     lost = np.diff(covers.mean(axis=0) < 0.5, prepend=False, append=False)
@@ -350,7 +350,7 @@ def ends_within(passage: Passage, several: Sequence[Pulses]) -> tuple[NDArray[np
         first, last = _near(passage, pulses.channel)
         lost = passage.pulses[:, number] < 0
         early |= lost & (first < pulses.channel.start)
-        late |= lost & (last > float(pulses.channel.times[-1]))
+        late |= lost & (last > pulses.channel.end)
     notes = []
     for axles, what, more in ((early, "begins", "be missing before them"), (late, "ends", "follow")):
         if axles.any():
