@@ -14,9 +14,9 @@ from wheeltapper.lower.build import lower
 from wheeltapper.march import plain_power, power
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import FASTMATH
-from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.series import localise
 from wheeltapper.march.single import march
+from wheeltapper.march.steps.written import scratch_for
 from wheeltapper.record import balanced
 
 WHEELSET = {"mass": 1500, "load": 91307, "stiffness": 2.44e6, "damping": 2e4, "radius": 0.46}
@@ -64,7 +64,7 @@ def test_the_power_of_many_states_is_that_of_each(name):
     same = [contract.PHASE, contract.PIECE, contract.SHIFT, contract.ON_DECK]
     inside = np.all(steps[1:, same] == steps[:-1, same], axis=1) & (steps[:-1, contract.PHASE] == contract.CONTACT)
     assert inside.sum() > 20
-    S, L, out = np.zeros(SCRATCH), np.zeros(plain_power.ENTRIES), np.zeros(power.POWER_TERMS)
+    S, L, out = scratch_for(record._lowered.program), np.zeros(plain_power.ENTRIES), np.zeros(power.POWER_TERMS)
     for i in np.flatnonzero(inside):
         step, after = steps[i], steps[i + 1]
         assert plain_power.find_power(pieces, numbers, steps[i : i + 1], 0, after, L) == 2
@@ -72,7 +72,7 @@ def test_the_power_of_many_states_is_that_of_each(name):
         works = []
         for state, signs in ((step, 1.0), (after, (-1.0) ** np.arange(power.SHORT))):
             localise(pieces, numbers, int(state[contract.PIECE]), state[contract.SHIFT], state[contract.TIME], S)
-            power.write_power(numbers, None, state, S, out)
+            power.write_power(pieces, numbers, None, state, S, out)
             weights = power.SHORT_RULE * signs * step[contract.LENGTH] ** np.arange(1, power.SHORT + 1)
             terms = [out[first : first + power.SHORT] for first in (power.PATH_WORK, power.CONTACT_WORK, power.LOST)]
             works.append(terms @ weights)

@@ -10,6 +10,7 @@ import wheeltapper as wt
 from wheeltapper.lower.build import lower
 from wheeltapper.march import layout, single
 from wheeltapper.march import program as contract
+from wheeltapper.march.steps.written import scratch_for
 
 from ..marks import slow
 
@@ -148,13 +149,13 @@ def test_motions_from_starts_within_a_hair_of_the_touch_are_those_from_the_touch
 def test_a_flight_that_rounding_has_left_at_the_rail_lands_on_it(gap, rate):
     """Such a state lies between two steps, where the first of them ends within rounding of the impact."""
     program = lower(DROP, "default").program
-    tables, S = np.zeros((64, contract.STEP_COLUMNS)), np.zeros(layout.SCRATCH)
+    tables, S = np.zeros((64, contract.STEP_COLUMNS)), scratch_for(program)
     events, peaks = np.zeros((64, contract.EVENT_COLUMNS)), np.zeros((64, contract.PEAK_COLUMNS))
     single.start_kernel(program.pieces, program.numbers, events, S)
     S[layout.STATE + contract.PHASE] = contract.FLIGHT
     S[layout.STATE + contract.A], S[layout.STATE + contract.B] = gap, -rate
     while events[0, contract.EVENT_KIND] != contract.IMPACT or not S[layout.COUNT + layout.EVENTS]:
-        args = program.pieces, program.numbers, None, None, tables, events, peaks, None, S, None
+        args = program.pieces, program.numbers, None, None, tables, events, peaks, None, S
         assert single.advance_kernel(*args) == contract.RUNNING
     assert S[layout.STATE + contract.TIME] < 1e-6
 

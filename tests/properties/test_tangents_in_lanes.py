@@ -12,6 +12,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.program import Program
 from wheeltapper.march.single import march
+from wheeltapper.march.steps.written import scratch_of_cells
 from wheeltapper.march.tangent import tangent_kernel
 from wheeltapper.march.tangent_path import LANES
 
@@ -54,7 +55,8 @@ def alone(cells, turns, cell):
     gentlest = tangent_kernel(
         pieces, turns.bends, first, turns.table, cells.numbers[cell], turns.numbers[cell], start, found.steps,
         found.state, found.events, found.peaks, of_events, of_peaks, np.zeros((4, LANES)), 0.0, np.zeros(LANES),
-        np.zeros((0, LANES)), np.zeros(0), np.zeros((0, gradients.QUANTITIES, gradients.SAMPLED)), np.zeros(SCRATCH),
+        np.zeros((0, LANES)), np.zeros(0), np.zeros((0, gradients.QUANTITIES, gradients.SAMPLED)),
+        scratch_of_cells(cells.numbers, cells.pieces),
         np.zeros((SCRATCH, LANES)), None,
     )  # fmt: skip
     return found, of_events, of_peaks, gentlest

@@ -11,12 +11,20 @@ import numba
 import numpy as np
 import pytest
 
-import wheeltapper as wt
-from wheeltapper.lower.build import lower
-from wheeltapper.march import flight, layout, program, series, step, unrolled, unrolled_lane_tangents, unrolled_lanes
+from wheeltapper.march import (
+    flight,
+    layout,
+    program,
+    series,
+    step,
+    steplength,
+    unrolled_lane_tangents,
+    unrolled_lanes,
+)
 from wheeltapper.march import lane_rows as at
 from wheeltapper.march.kernel import FASTMATH
-from wheeltapper.march.single import march
+from wheeltapper.march.steps import written
+from wheeltapper.march.steps.equations import Free
 
 from ..marks import slow_but
 
@@ -26,7 +34,6 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.mark.parametrize(
     ("tool", "function", "file"),
     [
-        ("unroll", "source", "unrolled.py"),
         ("unroll", "tangent_source", "unrolled_tangent.py"),
         ("unroll_lanes", "source", "unrolled_lanes.py"),
         ("unroll_tangents", "source", "unrolled_lane_tangents.py"),
@@ -38,48 +45,6 @@ def test_the_generated_file_is_what_the_generator_writes(tool, function, file, m
     generated = getattr(importlib.import_module(tool), function)()
     written = (ROOT / "src" / "wheeltapper" / "march" / file).read_text(encoding="utf-8")
     assert ast.dump(ast.parse(generated)) == ast.dump(ast.parse(written))  # the formatter may break lines
-
-
-@pytest.mark.parametrize("order", [12, 20])
-@pytest.mark.parametrize("omega", [0.0, 1.3])
-def test_straight_line_steps_agree_with_the_loops(order, omega):
-    numbers = np.zeros(program.NUMBERS)
-    numbers[[program.STIFFNESS, program.DAMPING, program.CUBIC]] = 2e-3, 3e-2, 1.0
-    K, G = numbers[program.STIFFNESS], numbers[program.DAMPING]
-    loops = np.zeros(layout.SCRATCH)
-    here = loops
-    here[layout.HERE_POLY] = 0.4
-    if omega:
-        here[[layout.HERE_AMP_SIN, layout.HERE_AMP_COS, layout.HERE_PHASE0, layout.HERE_OMEGA]] = 0.7, -0.2, 0.3, omega
-    here[layout.HERE_FACTOR_DEGREE] = -1
-    loops[[layout.STATE + program.A, layout.STATE + program.B]] = 1.1, 0.4
-    straight = loops.copy()
-    series.contact_series(numbers, order, 1.1, 0.4, 0.0, 0.0, False, loops)
-    wave = (*series.harmonic_forcing(numbers, straight), omega) if omega else ()
-    coast = getattr(unrolled, f"coast_{'wave' if omega else 'flat'}_{order}")
-    coast(K, G, 1 + K * 0.4, *wave, log2(1e-7), 100.0, 0, np.zeros((1, program.STEP_COLUMNS)), straight)
-    for row in (layout.T, layout.U, layout.W):
-        expected = loops[row : row + order + 1]
-        np.testing.assert_allclose(straight[row : row + order + 1], expected, rtol=1e-12, atol=1e-15)
-
-
-@pytest.mark.parametrize("method", ["default", "strict"])
-def test_many_steps_in_a_row_find_what_single_steps_find(method):
-    bump = wt.Scenario(
-        vehicle=wt.Wheelset(mass=1500, load=95285, stiffness=2.4e6, damping=1e4),
-        contact=wt.Hertz(constant=1.9e11),
-        irregularity=wt.CosineBump(height=0.5e-3, length=50e-3, start=0.01),
-        rolling="point",
-        speed=5,
-        duration=0.5,
-    )
-    pieces, numbers, *_ = lower(bump, method).program
-    single = numbers.copy()
-    single[program.HYSTERESIS] = 1e-300  # no effect but that the loops are taken
-    many, one = march(program.Program(pieces, numbers)), march(program.Program(pieces, single))
-    assert len(many.events) == len(one.events) > 100
-    np.testing.assert_allclose(many.events, one.events, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(many.peaks, one.peaks, rtol=0, atol=1e-9)
 
 
 KINDS = ("flat", "wave", "bent", "deck_flat", "deck_wave", "general")
@@ -179,7 +144,10 @@ def test_contact_steps_in_lanes_agree_with_the_loops(kind, order):
         if mass[i]:
             assert_series(L, at.LANE_Y, i, S, layout.Y, order + 1)
             assert_series(L, at.LANE_V, i, S, layout.Z, order + 1)
-        reach = step.contact_reach(numbers, numbers[program.STIFFNESS] + numbers[program.DAMPING], S)
+        slow, quick = ((layout.U, layout.Y), (layout.W, layout.Z)) if mass[i] else ((layout.U,), (layout.W,))
+        last = (max(abs(S[row + n]) for row in rows) for n in (order - 1, order) for rows in (slow, quick))
+        rate = step.fastest_rate(numbers, numbers[program.STIFFNESS] + numbers[program.DAMPING], S)
+        reach = steplength.stable_step(order, steplength.steplength(order, *last, log2(1e-7)), rate)
         assert L[at.LANE_LENGTH + i] == pytest.approx(reach, rel=1e-12)
 
 
@@ -259,7 +227,11 @@ def test_flights_in_lanes_agree_with_the_loops(kind):
     for i in range(8):
         numbers, S = scratch_of(L, i, mass[i])
         deck, on = L[[at.LANE_DECK_Y + i, at.LANE_DECK_V + i]], L[at.LANE_ON + i] != 0.0
-        flight.flight_series(numbers, 22, L[at.LANE_U0 + i], L[at.LANE_W0 + i], *deck, on, S)
+        state = S[layout.STATE :]
+        state[[program.A, program.B]] = L[[at.LANE_U0 + i, at.LANE_W0 + i]]
+        state[[program.DECK_Y, program.DECK_V]], state[program.ON_DECK] = deck, on
+        pieces = np.zeros((1, program.PIECE_COLUMNS))
+        written.function(Free(deck=mass[i] > 0), 22)(numbers, pieces, 0.0, 0, pieces, S)
         assert L[at.LANE_LENGTH + i] == pytest.approx(flight.flight_reach(numbers, S), rel=1e-12)
         powers = L[at.LANE_LENGTH + i] ** np.arange(23)
         rows = [(at.LANE_Y, layout.U, 1), (at.LANE_V, layout.W, 1), (at.LANE_POLYNOMIAL, layout.CLEAR, powers)]

@@ -94,6 +94,14 @@ def orbits(scenario: wt.Scenario, method: Method) -> None:
     wt.features.growth_exponent(100)(wt.simulate(again, method))
 
 
+def steps(_: wt.Scenario, method: Method) -> None:
+    """Ask for each kind of a wheel's steps."""
+    from wheeltapper.lower.numbers import METHODS as ORDERS
+    from wheeltapper.march.steps.written import write_all
+
+    write_all(int(ORDERS[method].order))
+
+
 def asks() -> list[tuple[Callable[[wt.Scenario, Method], None], wt.Scenario, Method]]:
     """Return all questions, of which scenario, and by which method; those that compile for a long time first."""
     flanges = {"rolling": "circle", "creep": wt.creep.Polach(friction=0.35), "profiles": wt.profiles.Cones()}
@@ -110,7 +118,7 @@ def asks() -> list[tuple[Callable[[wt.Scenario, Method], None], wt.Scenario, Met
     ]  # fmt: skip
     worn = [scene(wagon, YIELDING, duration=0.3), scene(bogie, YIELDING), scene(wheelset, YIELDING, track=DECK)]
     of = {
-        record: records, chart: charts, wear: worn,
+        steps: [scene(wheelset)], record: records, chart: charts, wear: worn,
         diagnosis: [scene(wheelset, track=SCALE)], orbits: [scene(wheelset), scene(wheelset, track=DECK)],
     }  # fmt: skip
     return [(question, one, method) for method in METHODS for question, scenes in of.items() for one in scenes]

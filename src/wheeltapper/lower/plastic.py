@@ -26,6 +26,8 @@ LARGEST = 300.0
 """Indentation over that at first yield, D, up to which a law is written as pieces. Its last piece continues beyond."""
 TOLERANCE = 1e-12
 """Largest relative error of the pieces, in force and residual indentation."""
+STRAIGHT = 1e-13
+"""A piece that deviates less from a straight line, relative to its largest value, is one, but for rounding."""
 NODES = np.cos(np.pi * (np.arange(contract.TERMS) + 0.5) / contract.TERMS)
 """Places, on [-1, 1], at which a piece equals the law."""
 CHECKS = np.cos(np.pi * np.arange(2 * contract.TERMS + 1) / (2 * contract.TERMS))
@@ -64,6 +66,8 @@ def law_rows(contact: ElasticPlastic, yield_indentation: float) -> FloatArray:
             wrong = np.abs(np.polynomial.polynomial.polyval((checked - centre) / scale, terms) - function(checked))
             is_exact = is_exact and bool(wrong.max() <= TOLERANCE * float(size) or end - start < 1e-3 * start)
             terms[np.abs(terms) < 1e-16 * float(size)] = 0.0
+            if np.abs(terms[2:]).sum() < STRAIGHT * float(size):
+                terms[2:] = 0.0
             row[column : column + contract.TERMS] = terms * unit
         if is_exact:
             rows.append(row)

@@ -208,7 +208,7 @@ def cross_breakpoint(cell: int, pool: cells.Pool) -> None:
 
 
 @kernel
-def go_apart(strict: bool | None, pool: cells.Pool) -> bool:
+def go_apart(pool: cells.Pool) -> bool:
     """March one cell alone until lanes can take it, or to its end; return False if a table needs more room."""
     rows, queue = pool.rows, pool.queue
     cell = cells.pop(cells.APART, queue)
@@ -226,7 +226,7 @@ def go_apart(strict: bool | None, pool: cells.Pool) -> bool:
         event, peak = int(S[COUNT + layout.EVENTS]), int(S[COUNT + layout.PEAKS])
         events = pool.events[pool.used[cells.USED_EVENTS] - event :]
         peaks = pool.peaks[pool.used[cells.USED_PEAKS] - peak : len(pool.peaks) - 1]  # a corner may need one row more
-        why = advance_kernel(table, numbers, None, None, pool.steps, events, peaks, None, S, strict)
+        why = advance_kernel(table, numbers, None, None, pool.steps, events, peaks, None, S)
         cells.claim_rows(cell, int(S[COUNT + layout.EVENTS]) - event, int(S[COUNT + layout.PEAKS]) - peak, pool)
         cells.log_rows(cell, int(S[COUNT]), pool)
         if why == contract.RUNNING and join_queue(cell, pool):

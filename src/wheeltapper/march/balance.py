@@ -22,7 +22,6 @@ from wheeltapper.march import plain_power as plain
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import is_contact_phase
 from wheeltapper.march.kernel import inlined_kernel, kernel
-from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.power import (
     CONTACT_WORK,
     LONG,
@@ -218,13 +217,13 @@ def _add_contact(
 @kernel
 def balance_kernel(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
-    last: FloatArray, sums: FloatArray,
+    last: FloatArray, sums: FloatArray, S: FloatArray,
 ) -> None:  # fmt: skip
     """Add what some steps, after which the state is `last`, leave missing and exchange to `sums` (SUMS,).
 
     `law` and `damper` are None where single.py says.
     """
-    S, L = np.zeros(SCRATCH), np.zeros(plain.ENTRIES)
+    L = np.zeros(plain.ENTRIES)
     begins, ends = np.zeros(POWER_TERMS), np.zeros(POWER_TERMS)
     end = np.empty(steps.shape[1])
     same = False
@@ -243,14 +242,14 @@ def balance_kernel(
             continue
         if not same:
             _enter_piece(pieces, numbers, law, step, S)
-            y, v = write_power(numbers, damper, step, S, begins)
+            y, v = write_power(pieces, numbers, damper, step, S, begins)
         same = _goes_on(step, after)
         if same:
             _enter_piece(pieces, numbers, law, after, S)
-            end_y, end_v = write_power(numbers, damper, after, S, ends)
+            end_y, end_v = write_power(pieces, numbers, damper, after, S, ends)
         else:
             end_y, end_v = _write_end_state(pieces, numbers, law, step, after, S, end)
-            write_power(numbers, damper, end, S, ends)
+            write_power(pieces, numbers, damper, end, S, ends)
         _add_step(numbers, step, after, y, v, end_y, end_v, begins, ends, sums)
         begins, ends = ends, begins
         y, v = end_y, end_v

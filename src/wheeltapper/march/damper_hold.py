@@ -28,21 +28,34 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.damper_series import contact_with_end, flight_reach_with_end, flight_with_end, held_coefficients
+from wheeltapper.march.held_end import flight_reach_with_end, held_coefficients, hold_end
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import BUSH, COUNT, FLIGHT_ORDER, STATE, STOPS, TREND, WHEEL_V, WHEEL_Y, T, U, W, Y, Z
+from wheeltapper.march.layout import (
+    BUSH,
+    COUNT,
+    FLIGHT_ORDER,
+    HEADING,
+    PLACE_CEILING,
+    PLACE_FLOOR,
+    STATE,
+    STOPS,
+    TREND,
+    WHEEL_V,
+    WHEEL_Y,
+    T,
+    U,
+    W,
+    Y,
+    Z,
+)
 from wheeltapper.march.program import ON_DECK, TIME, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
 from wheeltapper.march.series import path_at
-from wheeltapper.march.step import contact_reach
-from wheeltapper.march.steplength import steplength
+from wheeltapper.march.step import contact_advance, free_series
+from wheeltapper.march.steps.written import SAME_PLACE
 
 MOST_SWITCHES = 2
 """Changes of what holds the end at the start of one step: a gap within rounding has both stops at one place."""
-FORGIVEN = 2.0
-"""Binary logarithm of how much larger than by a steady decay earlier terms may be before they shorten a step."""
-SAME_PLACE = 1e-12
-"""Displacements and velocities (scaled) that differ by less are the same."""
 HEADS = 1e-11
 """A term of a series that is smaller at the step's end does not say where the series heads."""
 HARDLY_BEYOND = 1e-3
@@ -188,50 +201,47 @@ def carry_end(damper: FloatArray, order: int, length: float, S: FloatArray) -> N
 
 
 @kernel
-def _step_to_tolerance(numbers: FloatArray, damper: FloatArray, S: FloatArray) -> float:
-    """Return the step in s at which the last terms of the series, of the bush's too, reach the tolerance.
-
-    A step that leaves a stop begins where the wheel turns. On a stiff rail all is then symmetric in s, the last two
-    terms of u and w are one number, and where that passes zero it says nothing; so two more have a say.
-    """
-    order = int(numbers[contract.ORDER])
-    goal = np.log2(numbers[contract.TOLERANCE])
-    G, soft, rate = held_coefficients(S[STATE + contract.END_MODE], damper)
-    length = contact_reach(numbers, numbers[contract.STIFFNESS] + G + soft + rate, S)
-    u, w = U + order - 2, W + order - 2
-    earlier = goal * (order - 3) / (order - 1) + FORGIVEN
-    length = min(length, steplength(order - 2, abs(S[u - 1]), abs(S[w - 1]), abs(S[u]), abs(S[w]), earlier))
-    if soft == 0.0:
-        return length
-    gain = max(1.0, soft)
-    before, last = gain * abs(S[BUSH + order - 1]), gain * abs(S[BUSH + order])
-    return min(length, steplength(order, before, 0.0, last, 0.0, goal))
+def _bound_end(damper: FloatArray, S: FloatArray) -> None:
+    """Say between what contact steps go on without a look at the damper's end."""
+    mode, place, play = S[STATE + contract.END_MODE], S[STATE + contract.END_PLACE], damper[contract.DAMPER_PLAY]
+    free, held = mode == contract.FREE, mode == contract.UPPER or mode == contract.LOWER
+    S[PLACE_FLOOR] = place - play + SAME_PLACE if free else -np.inf
+    S[PLACE_CEILING] = place + play - SAME_PLACE if free else np.inf
+    S[HEADING] = mode if held else 0.0
 
 
 @kernel
 def held_contact_reach(
-    numbers: FloatArray, damper: FloatArray, stops: FloatArray, S: FloatArray
-) -> tuple[float, bool]:  # fmt: skip
-    """Put the series of a contact step in S; return its length, and whether a stop is met or left at its end."""
+    pieces: FloatArray, numbers: FloatArray, damper: FloatArray, until: float, steps: FloatArray, stops: FloatArray,
+    S: FloatArray,
+) -> tuple[float, bool, bool]:  # fmt: skip
+    """Put the series of a contact step in S; return its length, and whether a stop is met or left at its end.
+
+    Second is whether the force may have an extreme within it. The steps before it hold nothing.
+    """
     order, tolerance = int(numbers[contract.ORDER]), numbers[contract.TOLERANCE]
-    length = 0.0
+    length, turns = 0.0, False
     for switched in range(MOST_SWITCHES + 1):
-        contact_with_end(numbers, order, damper, S[STATE : STATE + contract.ENDED_COLUMNS], S)
-        length = _step_to_tolerance(numbers, damper, S)
+        hold_end(damper, S[STATE + contract.END_MODE], S)
+        _bound_end(damper, S)
+        length, _, _, _, turns = contact_advance(pieces, numbers, damper, until, steps.shape[0] - 1, steps, S)
         if switched == MOST_SWITCHES or not _changes_hold(damper, WHEEL_Y, order, length, tolerance, stops, S):
             break
     root = _changes_at(damper, WHEEL_Y, WHEEL_V, order, length, S)
-    return (length, False) if root == NONE else (_refined_root(damper, order, root, length, S), True)
+    if root == NONE:
+        return length, turns, False
+    return _refined_root(damper, order, root, length, S), turns, True
 
 
 @kernel
 def held_flight_reach(
-    numbers: FloatArray, damper: FloatArray, until: float, stops: FloatArray, S: FloatArray
+    pieces: FloatArray, numbers: FloatArray, damper: FloatArray, until: float, stops: FloatArray, S: FloatArray
 ) -> float:  # fmt: skip
     """Put the series of a step without contact force in S; return its length in time, at most `until`."""
     reach, tolerance = 0.0, numbers[contract.TOLERANCE]
     for switched in range(MOST_SWITCHES + 1):
-        flight_with_end(numbers, damper, S[STATE : STATE + contract.ENDED_COLUMNS], S)
+        hold_end(damper, S[STATE + contract.END_MODE], S)
+        free_series(pieces, numbers, damper, S)
         reach = min(until, flight_reach_with_end(numbers, damper, S[STATE : STATE + contract.ENDED_COLUMNS]))
         if switched == MOST_SWITCHES or not _changes_hold(damper, U, FLIGHT_ORDER, reach, tolerance, stops, S):
             break

@@ -14,15 +14,14 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march import series
-from wheeltapper.march.damper_series import contact_with_end, flight_with_end, held_coefficients
 from wheeltapper.march.events import force as contact_force
 from wheeltapper.march.events import is_contact_phase
-from wheeltapper.march.flight import bonded_series, flight_series
+from wheeltapper.march.held_end import held_coefficients
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import BUSH, FLIGHT_ORDER, SCRATCH, T, U, W, Y, Z
-from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, TIME, A, B, FloatArray
+from wheeltapper.march.layout import BUSH, FLIGHT_ORDER, T, U, W, Y, Z
+from wheeltapper.march.program import LENGTH, ON_DECK, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate
-from wheeltapper.march.step import time_to
+from wheeltapper.march.step import repeat_step, time_to
 
 # Columns of the dense output.
 (
@@ -46,22 +45,9 @@ def prepare_step(
     S: FloatArray,
 ) -> bool:  # fmt: skip
     """Compute the series of a step; return True for one in s."""
-    on_deck = step[ON_DECK] != 0.0
-    in_s = is_contact_phase(step[PHASE])
     series.enter_piece(pieces, numbers, law, step, S)
-    if damper is not None:
-        if in_s:
-            contact_with_end(numbers, int(numbers[contract.ORDER]), damper, step, S)
-        else:
-            flight_with_end(numbers, damper, step, S)
-    elif in_s:
-        order = int(numbers[contract.ORDER])
-        series.contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
-    elif step[PHASE] == contract.BONDED:
-        bonded_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
-    else:
-        flight_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
-    return in_s
+    repeat_step(pieces, numbers, damper, step, S)
+    return is_contact_phase(step[PHASE])
 
 
 @kernel
@@ -145,10 +131,9 @@ def _place_at_time(order: int, x: float, s_max: float, time: float, S: FloatArra
 @kernel
 def dense(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
-    times: FloatArray, out: FloatArray,
+    times: FloatArray, out: FloatArray, S: FloatArray,
 ) -> None:  # fmt: skip
     """Write all quantities at the given rising times (scaled) into the rows of `out`."""
-    S = np.zeros(SCRATCH)
     order = int(numbers[contract.ORDER])
     present = -1
     row = 0
@@ -177,13 +162,12 @@ def dense(
 @kernel
 def integrals(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
-    nodes: FloatArray, weights: FloatArray, out: FloatArray, ends: FloatArray,
+    nodes: FloatArray, weights: FloatArray, out: FloatArray, ends: FloatArray, S: FloatArray,
 ) -> None:  # fmt: skip
     """Write each step's integrals into `out`, and the quantities at its two ends into ends[step, 0 or 1].
 
     Where the contact yields, LOST_CONTACT is all work of the contact force; what of it is stored is not yet taken off.
     """
-    S = np.zeros(SCRATCH)
     point = np.zeros(ends.shape[2])
     order = int(numbers[contract.ORDER])
     for i in range(len(steps)):

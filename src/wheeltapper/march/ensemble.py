@@ -18,10 +18,11 @@ from wheeltapper.march.dense import OUT_COLUMNS
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.lanes import lanes_kernel
-from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
+from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, STATE
 from wheeltapper.march.program import PHASE, TIME, A, FloatArray, IntArray
 from wheeltapper.march.single import march_kernel, start_kernel
 from wheeltapper.march.steplength import SLOW
+from wheeltapper.march.steps.written import scratch_of_cells
 from wheeltapper.march.tally import CONTACTS, HIGHEST, STILL_OPEN, TALLY, tally_kernel
 
 SMALLEST_BLOCK, LARGEST_BLOCK = 256, 2048
@@ -96,13 +97,12 @@ def ensemble_kernel(
     pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatArray, cell: int,
     status: IntArray, end: FloatArray, events: FloatArray, peaks: FloatArray, event_ends: IntArray, peak_ends: IntArray,
     airborne: FloatArray, highest: FloatArray, impulses: FloatArray, steps: FloatArray, S: FloatArray,
-    tallied: bool, strict: bool | None,
+    scratch: FloatArray, tallied: bool,
 ) -> int:  # fmt: skip
     """March the cells from `cell` on; return the first that finds no room for its events and peaks, or their number."""
     event = event_ends[cell - 1] if cell > 0 else 0
     peak = peak_ends[cell - 1] if cell > 0 else 0
     tally = np.zeros(TALLY)
-    scratch = np.zeros(SCRATCH)
     point = np.zeros(OUT_COLUMNS)
     while cell < len(first):
         table = pieces[first[cell] : first[cell] + many[cell]]
@@ -112,7 +112,7 @@ def ensemble_kernel(
         tally[HIGHEST] = S[STATE + A] if is_free(S[STATE + PHASE]) else -np.inf
         why = contract.FULL
         while why == contract.FULL:
-            why = march_kernel(table, numbers[cell], None, None, steps, events[event:], peaks[peak:], None, S, strict)
+            why = march_kernel(table, numbers[cell], None, None, steps, events[event:], peaks[peak:], None, S)
             if tallied:
                 tally_kernel(table, numbers[cell], steps, int(S[COUNT]), tally, impulses[event:], scratch, point)
             if why == contract.FULL and S[COUNT] + 1 <= steps.shape[0]:
@@ -131,18 +131,20 @@ def ensemble_kernel(
     return cell
 
 
-def _arguments(cells: Cells, cell: int, tables: Marched, work: tuple[FloatArray, FloatArray], tally: bool) -> Any:
-    return (*cells, cell, *tables, *work, tally, cells.strict)
+def _arguments(cells: Cells, cell: int, tables: Marched, work: tuple[FloatArray, ...], tally: bool) -> Any:
+    return (*cells, cell, *tables, *work, tally)
 
 
-def _work_arrays() -> tuple[FloatArray, FloatArray]:
-    return np.empty((STEP_ROWS, contract.STEP_COLUMNS)), np.zeros(SCRATCH)
+def _work_arrays(cells: Cells) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return room for steps, and scratch memory of the march and of the tally."""
+    S = scratch_of_cells(cells.numbers, cells.pieces)
+    return np.empty((STEP_ROWS, contract.STEP_COLUMNS)), S, S.copy()
 
 
 def march_one_by_one(cells: Cells, tally: bool = False) -> Marched:
     """March some cells in this thread, one after the other."""
     total = len(cells.first)
-    tables, work, cell = room_for(total), _work_arrays(), 0
+    tables, work, cell = room_for(total), _work_arrays(cells), 0
     while cell < total:
         cell = ensemble_kernel(*_arguments(cells, cell, tables, work, tally))
         if cell < total:

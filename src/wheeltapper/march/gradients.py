@@ -16,6 +16,7 @@ from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.program import TIME, FloatArray, IntArray, Program
 from wheeltapper.march.single import March, march
+from wheeltapper.march.steps.written import scratch_for, scratch_of_cells
 from wheeltapper.march.tally import CONTACTS, HIGHEST, HIGHEST_TIME, STILL_OPEN, TALLY, tally_kernel
 from wheeltapper.march.tangent import repeat_kernel, tangent_kernel
 from wheeltapper.march.tangent_lanes import Links, borrowed_links, links_of
@@ -122,7 +123,7 @@ def _arguments(
 ) -> tuple[Any, ...]:
     marched = kept.marched
     tables = (marched.status, marched.events, marched.peaks, marched.event_ends, marched.peak_ends)
-    work = (np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)), True if tally else None)
+    work = (scratch_of_cells(cells.numbers, cells.pieces), np.zeros((SCRATCH, LANES)), True if tally else None)
     links: tuple[Any, ...] = (None, None, None)
     if not (tally or variant.strict):
         links = variant.bent, variant.general, links_of(kept.pool, _directions(turns))
@@ -175,8 +176,8 @@ def sampled_tangents(
     tangent_kernel(
         program.pieces, bends, 0, table, program.numbers, turns, np.zeros((2, LANES)), found.steps, found.state,
         found.events, found.peaks, np.empty((events, 2, LANES)), np.empty((peaks, 2, LANES)), np.zeros((4, LANES)),
-        0.0, np.zeros(LANES), np.zeros((0, LANES)), within, samples, np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)),
-        None,
+        0.0, np.zeros(LANES), np.zeros((0, LANES)), within, samples, scratch_for(program),
+        np.zeros((SCRATCH, LANES)), None,
     )  # fmt: skip
     return found, samples
 

@@ -526,7 +526,7 @@ def lanes_kernel(strict: bool | None, bent: bool | None, general: bool | None, p
         if not cells.may_log(pool):
             return False
         if queue[cells.WAITING, cells.APART] > 0:
-            if not go_apart(strict, pool):
+            if not go_apart(pool):
                 return False
             continue
         fullest = 0

@@ -16,13 +16,14 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells
 from wheeltapper.march.events import is_free
-from wheeltapper.march.flight import flight_series
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import CLEAR, COUNT, EVENTS, FLIGHT_ORDER, SCRATCH, TREND, U, W
-from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
+from wheeltapper.march.layout import CLEAR, COUNT, EVENTS, FLIGHT_ORDER, TREND, U, W
+from wheeltapper.march.program import LENGTH, PHASE, PIECE, SHIFT, TIME, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, first_root
-from wheeltapper.march.series import contact_series, localise
+from wheeltapper.march.series import localise
 from wheeltapper.march.single import march_kernel, start_kernel
+from wheeltapper.march.step import repeat_step
+from wheeltapper.march.steps.written import scratch_of_cells
 
 MARGIN_BLOCK = 64
 
@@ -42,7 +43,7 @@ def _contact_margin(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S
     """Return the margin of a contact step."""
     order = int(numbers[contract.ORDER])
     localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
-    contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], step[ON_DECK] != 0.0, S)
+    repeat_step(pieces, numbers, None, step, S)
     u = max(_smallest_value(U, order, step[LENGTH], S), 0.0)
     eta = numbers[contract.HYSTERESIS]
     return u * u if eta == 0.0 else min(u * u, 1.0 + eta * _smallest_value(W, order, step[LENGTH], S))
@@ -53,7 +54,7 @@ def _flight_margin(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S:
     """Return the margin of a step without contact force, a negative number."""
     order = int(FLIGHT_ORDER)
     localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
-    flight_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], step[ON_DECK] != 0.0, S)
+    repeat_step(pieces, numbers, None, step, S)
     lowest = _smallest_value(CLEAR, order, step[LENGTH], S)
     eta = numbers[contract.HYSTERESIS]
     if eta == 0.0:
@@ -66,14 +67,14 @@ def _flight_margin(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S:
 @kernel
 def margin_kernel(
     cells: Cells, cell: int, losses: int, margins: FloatArray, steps: FloatArray, events: FloatArray,
-    peaks: FloatArray, S: FloatArray, strict: bool | None,
+    peaks: FloatArray, S: FloatArray,
 ) -> int:  # fmt: skip
     """Write the margins of the cells from `cell` on; return the first that finds no room, or their number."""
     while cell < len(cells.first):
         table = cells.pieces[cells.first[cell] : cells.first[cell] + cells.many[cell]]
         numbers = cells.numbers[cell]
         start_kernel(table, numbers, events, S)
-        why = march_kernel(table, numbers, None, None, steps, events, peaks, None, S, strict)
+        why = march_kernel(table, numbers, None, None, steps, events, peaks, None, S)
         if why == contract.FULL:
             return cell
         rows = int(S[COUNT])
@@ -101,7 +102,7 @@ def margin_kernel(
 def _arguments(cells: Cells, cell: int, losses: int, margins: FloatArray, rows: int) -> tuple[Any, ...]:
     columns = (contract.STEP_COLUMNS, contract.EVENT_COLUMNS, contract.PEAK_COLUMNS)
     tables = (np.empty((rows, many)) for many in columns)
-    return (cells, cell, losses, margins, *tables, np.zeros(SCRATCH), cells.strict)
+    return (cells, cell, losses, margins, *tables, scratch_of_cells(cells.numbers, cells.pieces))
 
 
 def margins_of(cells: Cells, losses: int, threads: int) -> FloatArray:

@@ -26,9 +26,10 @@ from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
 from wheeltapper.march.roots import evaluate
-from wheeltapper.march.series import contact_series, localise, rail_at
+from wheeltapper.march.series import localise, rail_at
 from wheeltapper.march.single import March, march_kernel, start_kernel
-from wheeltapper.march.step import fastest_rate
+from wheeltapper.march.step import fastest_rate, repeat_step
+from wheeltapper.march.steps.written import scratch_for, scratch_of_cells
 from wheeltapper.march.tangent import tangent_kernel
 from wheeltapper.march.tangent_path import LANES, OF_DECK_HEIGHT, OF_DECK_VELOCITY, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
@@ -101,14 +102,14 @@ def tell_kernel(events: FloatArray, peaks: FloatArray, S: FloatArray, told: Floa
 @kernel
 def wave_kernel(
     pieces: FloatArray, numbers: FloatArray, state: FloatArray, told: FloatArray, steps: FloatArray,
-    events: FloatArray, peaks: FloatArray, S: FloatArray, strict: bool | None,
+    events: FloatArray, peaks: FloatArray, S: FloatArray,
 ) -> int:  # fmt: skip
     """March one wave; `state` becomes that at its end. Return why the march stopped."""
     told[:] = 0.0
     begin_kernel(pieces, numbers, state, events, S)
     why = contract.FULL
     while why == contract.FULL:
-        why = march_kernel(pieces, numbers, None, None, steps, events, peaks, None, S, strict)
+        why = march_kernel(pieces, numbers, None, None, steps, events, peaks, None, S)
         tell_kernel(events, peaks, S, told)
         S[COUNT] = 0.0
         S[COUNT + layout.EVENTS] = 0.0
@@ -122,7 +123,7 @@ def wave_kernel(
 @kernel
 def section_kernel(
     cells: Cells, states: FloatArray, skip: int, chained: bool, kept: FloatArray, told: FloatArray, status: IntArray,
-    steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray, strict: bool | None,
+    steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray,
 ) -> None:  # fmt: skip
     """March each cell over `skip` waves, and over as many more as `kept` has room for; keep the states after these.
 
@@ -136,9 +137,7 @@ def section_kernel(
         status[cell] = contract.DONE
         for wave in range(skip + kept.shape[1]):
             if status[cell] == contract.DONE:
-                status[cell] = wave_kernel(
-                    pieces, cells.numbers[cell], states[cell], one, steps, events, peaks, S, strict
-                )
+                status[cell] = wave_kernel(pieces, cells.numbers[cell], states[cell], one, steps, events, peaks, S)
             if status[cell] != contract.DONE:
                 states[cell] = np.nan
                 one[:] = np.nan
@@ -151,7 +150,7 @@ def section_kernel(
 def capture_kernel(
     cells: Cells, states: FloatArray, most: int, traps: FloatArray, trap_first: IntArray, trap_end: IntArray,
     caught: IntArray, waves: IntArray, status: IntArray, steps: FloatArray, events: FloatArray, peaks: FloatArray,
-    S: FloatArray, strict: bool | None,
+    S: FloatArray,
 ) -> None:  # fmt: skip
     """March each cell until it is in one of its traps, the rows from `trap_first` to `trap_end`; at most `most` waves.
 
@@ -164,7 +163,7 @@ def capture_kernel(
         waves[cell] = 0
         caught[cell] = trap_of(states[cell], traps[trap_first[cell] : trap_end[cell]])
         while caught[cell] == UNCAUGHT and waves[cell] < most and status[cell] == contract.DONE:
-            status[cell] = wave_kernel(pieces, cells.numbers[cell], states[cell], one, steps, events, peaks, S, strict)
+            status[cell] = wave_kernel(pieces, cells.numbers[cell], states[cell], one, steps, events, peaks, S)
             waves[cell] += 1
             caught[cell] = trap_of(states[cell], traps[trap_first[cell] : trap_end[cell]])
 
@@ -236,8 +235,7 @@ def divide_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, pa
             last = parts[used - 1]
             last[LENGTH] = step[LENGTH] / many
             localise(pieces, numbers, int(last[PIECE]), last[SHIFT], last[TIME], S)
-            on_deck = last[contract.ON_DECK] != 0.0
-            contact_series(numbers, order, last[A], last[B], last[DECK_Y], last[DECK_V], on_deck, S)
+            repeat_step(pieces, numbers, None, last, S)
             parts[used] = last
             parts[used, TIME] += evaluate(S, T, order, last[LENGTH])
             parts[used, A] = evaluate(S, U, order, last[LENGTH])
@@ -252,7 +250,7 @@ def divide_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, pa
 @kernel
 def tangent_wave_kernel(
     pieces: FloatArray, numbers: FloatArray, state: FloatArray, told: FloatArray, along: FloatArray,
-    tables: TangentTables, strict: bool | None,
+    tables: TangentTables,
 ) -> tuple[int, float]:  # fmt: skip
     """March one wave; `state` becomes that at its end, `along` (STATE_SIZE, LANES) its derivatives along given changes.
 
@@ -262,7 +260,7 @@ def tangent_wave_kernel(
     S = tables.S
     told[:] = 0.0
     begin_kernel(pieces, numbers, state, tables.events, S)
-    why = march_kernel(pieces, numbers, None, None, tables.steps, tables.events, tables.peaks, None, S, strict)
+    why = march_kernel(pieces, numbers, None, None, tables.steps, tables.events, tables.peaks, None, S)
     if why != contract.DONE:
         return why, 0.0
     tell_kernel(tables.events, tables.peaks, S, told)
@@ -288,12 +286,12 @@ def tangent_wave_kernel(
 @kernel
 def orbit_kernel(
     pieces: FloatArray, numbers: FloatArray, state: FloatArray, trail: FloatArray, told: FloatArray,
-    along: FloatArray, tables: TangentTables, strict: bool | None,
+    along: FloatArray, tables: TangentTables,
 ) -> tuple[int, float]:  # fmt: skip
     """March as many waves as `trail` has rows, with tangents; write the state after each, and what is told of it."""
     nearest = np.inf
     for wave in range(len(trail)):
-        why, near = tangent_wave_kernel(pieces, numbers, state, told[wave], along, tables, strict)
+        why, near = tangent_wave_kernel(pieces, numbers, state, told[wave], along, tables)
         if why != contract.DONE:
             return why, 0.0
         trail[wave] = state
@@ -304,7 +302,7 @@ def orbit_kernel(
 @kernel
 def growth_kernel(
     pieces: FloatArray, numbers: FloatArray, state: FloatArray, change: FloatArray, growths: FloatArray, first: int,
-    tables: TangentTables, strict: bool | None,
+    tables: TangentTables,
 ) -> tuple[int, int]:  # fmt: skip
     """Carry a small change of the state along; write the logarithm of its growth in each wave from `first` on.
 
@@ -315,7 +313,7 @@ def growth_kernel(
     for wave in range(first, len(growths)):
         before = state.copy()
         along[:, CHANGE] = change
-        why, _ = tangent_wave_kernel(pieces, numbers, state, told, along, tables, strict)
+        why, _ = tangent_wave_kernel(pieces, numbers, state, told, along, tables)
         if why != contract.DONE:
             state[:] = before
             return why, wave
@@ -323,7 +321,7 @@ def growth_kernel(
             change[:] = along[:, CHANGE]
         else:  # it grazes: the motion beside it is marched
             beside = before + SMALL * change
-            wave_kernel(pieces, numbers, beside, told, tables.steps, tables.events, tables.peaks, tables.S, strict)
+            wave_kernel(pieces, numbers, beside, told, tables.steps, tables.events, tables.peaks, tables.S)
             change[:] = (beside - state) / SMALL
         size = np.sqrt((change * change).sum())
         growths[wave] = np.log(size)
@@ -334,18 +332,19 @@ def growth_kernel(
 # -- room, blocks and threads -------------------------------------------------------------------------------------
 
 
-def _work(rows: int = 256) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return tables that are emptied whenever they are full, and scratch memory."""
-    steps, events = np.empty((rows, contract.STEP_COLUMNS)), np.empty((rows, contract.EVENT_COLUMNS))
-    return steps, events, np.empty((rows, contract.PEAK_COLUMNS)), np.zeros(SCRATCH)
+def _tables(rows: int = 256) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return tables of steps, events and force maxima that are emptied whenever they are full."""
+    columns = contract.STEP_COLUMNS, contract.EVENT_COLUMNS, contract.PEAK_COLUMNS
+    steps, events, peaks = (np.empty((rows, many)) for many in columns)
+    return steps, events, peaks
 
 
-def tangent_tables(rows: int = 1024) -> TangentTables:
-    """Return tables for a whole wave."""
-    steps, events, peaks, work = _work(rows)
+def _tangent_room(rows: int = 1024) -> TangentTables:
+    """Return tables for a whole wave; the scratch memory S is not yet that of a program."""
+    steps, events, peaks = _tables(rows)
     of_events, of_peaks = np.zeros((rows, 2, LANES)), np.zeros((rows, 2, LANES))
-    parts = np.empty_like(steps)
-    return TangentTables(steps, parts, events, peaks, of_events, of_peaks, work, np.zeros((SCRATCH, LANES)))
+    parts, D = np.empty_like(steps), np.zeros((SCRATCH, LANES))
+    return TangentTables(steps, parts, events, peaks, of_events, of_peaks, np.zeros(SCRATCH), D)
 
 
 class Returned(NamedTuple):
@@ -379,7 +378,9 @@ def sections(
             here[:], why = end_motions(own._replace(numbers=far), 1, here)
             here[why != contract.DONE] = np.nan
             left = 0
-        section_kernel(own, here, left, chained, kept, told, status, *_work(), cells.strict)
+        section_kernel(
+            own, here, left, chained, kept, told, status, *_tables(), scratch_of_cells(cells.numbers, cells.pieces)
+        )
         if count is not None:
             count(block.stop - block.start)
 
@@ -420,7 +421,7 @@ def capture(
         orbit, waves, status = found.orbit[block], found.waves[block], found.status[block]
         own = cells.part(block), states[block], most, traps, first[block], end[block]
         if total < FEW:
-            capture_kernel(*own, orbit, waves, status, *_work(), cells.strict)
+            capture_kernel(*own, orbit, waves, status, *_tables(), scratch_of_cells(cells.numbers, cells.pieces))
         else:
             _capture_in_lanes(*own, orbit, waves, status)
 
@@ -480,24 +481,21 @@ class Turn(NamedTuple):
 
 
 class Tangents:
-    """Marches with tangents, with room that grows where a wave needs more."""
+    """Marches of a program with tangents, with room that grows where a wave needs more."""
 
     def __init__(self) -> None:
-        self._tables = tangent_tables()
+        self._room = _tangent_room(1024)
 
     def turn(self, program: contract.Program, state: FloatArray, waves: int) -> Turn:
         """March some waves from a state."""
-        strict = True if program.numbers[contract.ORDER] == contract.STRICT_ORDER else None
         while True:
-            along = np.zeros((STATE_SIZE, LANES))
+            tables, along = self._room._replace(S=scratch_for(program)), np.zeros((STATE_SIZE, LANES))
             along[:, :STATE_SIZE] = np.eye(STATE_SIZE)
             trail, told = np.empty((waves, STATE_SIZE)), np.empty((waves, TOLD))
-            status, near = orbit_kernel(
-                program.pieces, program.numbers, state.copy(), trail, told, along, self._tables, strict
-            )
-            if status != contract.FULL or len(self._tables.steps) >= MOST_ROWS:
+            status, near = orbit_kernel(program.pieces, program.numbers, state.copy(), trail, told, along, tables)
+            if status != contract.FULL or len(tables.steps) >= MOST_ROWS:
                 return Turn(status, trail, told, along[:, :STATE_SIZE].copy(), near)
-            self._tables = tangent_tables(2 * len(self._tables.steps))
+            self._room = _tangent_room(2 * len(tables.steps))
 
 
 def growths(program: contract.Program, state: FloatArray, change: FloatArray, waves: int) -> FloatArray:
@@ -505,23 +503,22 @@ def growths(program: contract.Program, state: FloatArray, change: FloatArray, wa
 
     NaN behind a wave that could not be marched.
     """
-    out, tables, wave = np.full(waves, np.nan), tangent_tables(), 0
-    strict = True if program.numbers[contract.ORDER] == contract.STRICT_ORDER else None
+    out, S, room, wave = np.full(waves, np.nan), scratch_for(program), _tangent_room(), 0
     while True:
-        why, wave = growth_kernel(program.pieces, program.numbers, state, change, out, wave, tables, strict)
-        if why != contract.FULL or len(tables.steps) >= MOST_ROWS:
+        why, wave = growth_kernel(program.pieces, program.numbers, state, change, out, wave, room._replace(S=S))
+        if why != contract.FULL or len(room.steps) >= MOST_ROWS:
             return out
-        tables = tangent_tables(2 * len(tables.steps))
+        room = _tangent_room(2 * len(room.steps))
 
 
 def march_from(program: contract.Program, state: FloatArray) -> March:
     """March a program from a given state to its end, as `single.march` does from its own start."""
     rows = 1024
-    strict = True if program.numbers[contract.ORDER] == contract.STRICT_ORDER else None
     while True:
-        steps, events, peaks, work = _work(rows)
+        steps, events, peaks = _tables(rows)
+        work = scratch_for(program)
         begin_kernel(program.pieces, program.numbers, state, events, work)
-        status = march_kernel(program.pieces, program.numbers, None, None, steps, events, peaks, None, work, strict)
+        status = march_kernel(program.pieces, program.numbers, None, None, steps, events, peaks, None, work)
         if status != contract.FULL:
             break
         rows *= 2

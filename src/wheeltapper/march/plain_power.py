@@ -1,7 +1,7 @@
 """Energy and power of wheel and deck in an elastic contact, at several instants at once, as straight-line code.
 
 Contacts that do not yield, under a damper without an end of its own: what nearly all marches are made of. Their steps
-may be straight-line code too (unrolled.py), and by power.py their check would take longer than they. A row of `L` holds
+are straight-line code too, and by power.py their check would take longer than they. A row of `L` holds
 one quantity at all instants. The loops over them have no branch and no call, and every offset is known when they are
 compiled: then LLVM turns them into vectors.
 """

@@ -13,6 +13,7 @@ from wheeltapper.march.events import follow_force, log_event
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE, int64_positions
 from wheeltapper.march.program import DECK_V, DECK_Y, PIECE, TIME, A, B, FloatArray, IntArray
+from wheeltapper.march.steps.written import scratch_of_cells
 
 STEP_ROWS = 64
 ROOM = 16
@@ -96,7 +97,7 @@ def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatA
         np.zeros((1 + QUEUES, max(cells, QUEUES)), dtype=np.int64),
         np.empty((room, EVENT_CELL + 1)), np.empty((room, PEAK_CELL + 1)),
         np.empty((steps, STEP_CELL + 1)), np.zeros(TO_THE_END + 1, dtype=np.int64),
-        np.empty((STEP_ROWS, contract.STEP_COLUMNS)), np.zeros(SCRATCH), np.zeros(at.LANE_ENTRIES),
+        np.empty((STEP_ROWS, contract.STEP_COLUMNS)), scratch_of_cells(numbers, pieces), np.zeros(at.LANE_ENTRIES),
         np.full(at.LANES, EMPTY, dtype=np.int64),
     )  # fmt: skip
 

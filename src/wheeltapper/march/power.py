@@ -1,7 +1,7 @@
 """The powers that change the energy of wheel and deck, as short series at one instant.
 
 Per unit of time N·y_k' (PATH), N·w (CONTACT_WORK) and D·v + γ·Z² (LOST), where the damper's force on the wheel is -D:
-D = G·v, or G·v + B·e where the damper has an end of its own (damper_series.py). In contact as series in s, times
+D = G·v, or G·v + B·e where the damper has an end of its own (held_end.py). In contact as series in s, times
 dt/ds = u, else in time.
 """
 
@@ -12,16 +12,14 @@ from math import factorial
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.damper_series import contact_with_end, flight_with_end, held_coefficients
 from wheeltapper.march.events import is_contact_phase
-from wheeltapper.march.flight import bonded_series, flight_series, path_series
+from wheeltapper.march.flight import path_series
+from wheeltapper.march.held_end import held_coefficients
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
     BUSH,
     CLEAR,
     COMP,
-    HERE_DEGREE,
-    HERE_FACTOR_DEGREE,
     TREND,
     WHEEL_V,
     WHEEL_Y,
@@ -33,16 +31,14 @@ from wheeltapper.march.layout import (
     W,
     Z,
 )
-from wheeltapper.march.program import BONDED, DECK_V, DECK_Y, END_MODE, ON_DECK, PHASE, A, B, FloatArray
-from wheeltapper.march.series import contact_series
+from wheeltapper.march.program import BONDED, DECK_Y, END_MODE, ON_DECK, PHASE, A, B, FloatArray
+from wheeltapper.march.step import repeat_step
 
 SHORT, LONG = 4, 8
 """Number of terms of the series: in contact, where steps are short, and elsewhere."""
 PATH_WORK, CONTACT_WORK, LOST = 0, LONG, 2 * LONG
 POWER_TERMS = 3 * LONG
 """Where in an array each power's series stands, and how long the array is."""
-PATH_POWERS = 5
-"""Powers of the path in time beyond this do not reach the terms of a contact."""
 
 
 def _hermite_weights(terms: int) -> FloatArray:
@@ -80,20 +76,16 @@ def _path_velocity(S: FloatArray) -> None:
 
 
 @kernel
-def _contact_motion(numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray) -> float:
-    """Fill rows U, W, N, Z, WHEEL_V and PATH_V of a contact; return the wheel's displacement."""
+def _contact_motion(damper: FloatArray | None, state: FloatArray, S: FloatArray) -> float:
+    """Fill rows WHEEL_V and PATH_V of a contact whose series stand in S; return the wheel's displacement."""
     on_deck = state[ON_DECK] != 0.0
-    S[HERE_DEGREE] = min(S[HERE_DEGREE], PATH_POWERS)
-    S[HERE_FACTOR_DEGREE] = min(S[HERE_FACTOR_DEGREE], PATH_POWERS)
     if damper is None:
-        contact_series(numbers, SHORT, state[A], state[B], state[DECK_Y], state[DECK_V], on_deck, S)
         path_series(SHORT, S)
         _path_velocity(S)
         for n in range(SHORT):
             S[WHEEL_V + n] = S[PATH_V + n] - S[W + n] + (S[Z + n] if on_deck else 0.0)
         return S[F] - state[A] * state[A] + (state[DECK_Y] if on_deck else 0.0)
     else:  # noqa: RET505 - Numba prunes whole branches only
-        contact_with_end(numbers, SHORT, damper, state, S)
         for n in range(SHORT):
             S[PATH_V + n] = S[WHEEL_V + n] + S[W + n] - (S[Z + n] if on_deck else 0.0)
         return S[WHEEL_Y]
@@ -114,7 +106,7 @@ def _contact_power(
     numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray, out: FloatArray
 ) -> tuple[float, float]:
     """Write the power in a contact; return the wheel's motion."""
-    y = _contact_motion(numbers, damper, state, S)
+    y = _contact_motion(damper, state, S)
     _multiply_series(N, U, S, S, PUSHED)
     _multiply_series(PUSHED, PATH_V, S, out, PATH_WORK)
     _multiply_series(PUSHED, W, S, out, CONTACT_WORK)
@@ -137,12 +129,6 @@ def _free_power(
 ) -> None:
     """Write the power without contact force, or in a bilateral contact."""
     on_deck, bonded = state[ON_DECK] != 0.0, state[PHASE] == BONDED
-    if damper is not None:
-        flight_with_end(numbers, damper, state, S)
-    elif bonded:
-        bonded_series(numbers, LONG, state[A], state[B], state[DECK_Y], state[DECK_V], on_deck, S)
-    else:
-        flight_series(numbers, LONG, state[A], state[B], state[DECK_Y], state[DECK_V], on_deck, S)
     G, soft = _damping_at_end(numbers, damper, state)
     bearing = numbers[contract.DECK_DAMPING]
     out[:] = 0.0
@@ -161,12 +147,14 @@ def _free_power(
 
 @kernel
 def write_power(
-    numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray, out: FloatArray
-) -> tuple[float, float]:
+    pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray,
+    out: FloatArray,
+) -> tuple[float, float]:  # fmt: skip
     """Write the power in a state whose piece stands in S into `out` (POWER_TERMS,); return the wheel's motion.
 
     `damper` is None where the wheel holds its end: its type tells the compiler which series to leave out.
     """
+    repeat_step(pieces, numbers, damper, state, S)
     if is_contact_phase(state[PHASE]):
         return _contact_power(numbers, damper, state, S, out)
     _free_power(numbers, damper, state, S, out)

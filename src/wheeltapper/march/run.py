@@ -355,10 +355,11 @@ def _dense_column_count(program: Program) -> int:
 def sample(program: Program, found: March, times: FloatArray) -> FloatArray:
     """Return the dense output at rising times (scaled); columns for a damper's own end follow where there is one."""
     from wheeltapper.march.dense import dense
+    from wheeltapper.march.steps.written import scratch_for
 
     out = np.empty((len(times), _dense_column_count(program)))
     law, damper = program.law_and_damper
-    dense(found.pieces, program.numbers, law, damper, found.steps, times, out)
+    dense(found.pieces, program.numbers, law, damper, found.steps, times, out, scratch_for(program))
     return out
 
 
@@ -373,14 +374,16 @@ def integrals(program: Program, found: March, nodes: int) -> tuple[FloatArray, F
         Of the Gauss rule in each step.
     """
     from wheeltapper.march import dense
+    from wheeltapper.march.steps.written import scratch_for
 
     places, weights = np.polynomial.legendre.leggauss(nodes)
+    work = scratch_for(program)
     rule = 0.5 * (places + 1.0), 0.5 * weights
     out, ends = (
         np.zeros((len(found.steps), dense.INTEGRALS)),
         np.zeros((len(found.steps), 2, _dense_column_count(program))),
     )
-    dense.integrals(found.pieces, program.numbers, *program.law_and_damper, found.steps, *rule, out, ends)
+    dense.integrals(found.pieces, program.numbers, *program.law_and_damper, found.steps, *rule, out, ends, work)
     return out, ends
 
 
@@ -410,9 +413,10 @@ def _without_rails(program: Any) -> Any:
 def balance(program: Program, pieces: FloatArray, steps: FloatArray, after: FloatArray, sums: FloatArray) -> None:
     """Add what some steps, after which comes `after`, leave missing of the energy and exchange to `sums`."""
     from wheeltapper.march.balance import balance_kernel
+    from wheeltapper.march.steps.written import scratch_for
 
     law, damper = program.law_and_damper
-    balance_kernel(pieces, program.numbers, law, damper, steps, after, sums)
+    balance_kernel(pieces, program.numbers, law, damper, steps, after, sums, scratch_for(program))
 
 
 def probe(assembly: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -9,7 +9,7 @@ Contact (δ = u², dt = u ds, w = dδ/dt; docs/theory/integration.rst, sections 
 The path is a polynomial plus a harmonic in time; polynomials are composed with t(s) by Horner's rule on truncated
 series, order by order, because t is known only up to the order that has been reached.
 
-The commonest contact steps are written out in unrolled.py.
+Only the tangents of steps still take these loops; marches take the functions that steps/ writes.
 """
 
 from __future__ import annotations
@@ -207,6 +207,15 @@ def factor_at(after: float, S: FloatArray) -> tuple[float, float]:
         rate = rate * after + value
         value = value * after + S[layout.HERE_FACTOR + k]
     return value, rate
+
+
+@kernel
+def harmonic_at(amp_sin: float, amp_cos: float, omega: float, phase: float) -> tuple[float, float]:
+    """Return the harmonic of a path, and its rate; it has none where `omega` is zero."""
+    if omega == 0.0:
+        return 0.0, 0.0
+    s, c = sin(phase), cos(phase)
+    return amp_sin * s + amp_cos * c, omega * (amp_sin * c - amp_cos * s)
 
 
 @kernel

@@ -27,8 +27,7 @@ loss or impact, each force maximum, each stop that the damper's end meets or lea
 the series of the present step, the state from STATE on, the counts of the tables from COUNT on.
 
 `law` is None where the contact does not yield. `damper` and `stops` are None where the wheel itself holds the damper's
-end. `strict` is None for the default order of the series. Numba compiles each combination of types that is used, and
-leaves out the branches of the others.
+end. Numba compiles each combination of types that is used, and leaves out the branches of the others.
 """
 
 from __future__ import annotations
@@ -42,21 +41,22 @@ from wheeltapper.march import damper_hold, layout, step, telling
 from wheeltapper.march import events as event
 from wheeltapper.march import program as contract
 from wheeltapper.march.damper_hold import bush_rate, carry_end, damper_pull, held_contact_reach, held_flight_reach
-from wheeltapper.march.flight import bonded_series, flight_series
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import COUNT, FLIGHT_ORDER, MARK, STATE, N, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import NO_PIECE, deck_acceleration, enter_law, localise, localise_marks, path_at, rail_at
+from wheeltapper.march.steps.written import scratch_for
 from wheeltapper.march.yielding import change_law, choose_law, yielding_reach
 
 
 @kernel
-def finish_contact_step(numbers: FloatArray, until: float, length: float, after: float, u: float, w: float, what: int, trend: int, degree: int, turns: bool, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
-    """Log the contact step whose series are in S, and go to its end; row `trend` has the sign of the force's rate."""
+def finish_contact_step(numbers: FloatArray, until: float, length: float, after: float, u: float, w: float, what: int, turns: bool, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
+    """Log the contact step whose series are in S, and go to its end; `turns`: the force may have extremes in it."""
     order = int(numbers[contract.ORDER])
     time = S[STATE + TIME]
-    if turns or trend != W:
+    if turns:
+        trend, degree = step.trend_series(numbers, order, S)
         event.follow_inside(numbers, time, order, trend, degree, length, False, peaks, S)
     event.log_step(length, steps, S)
     y = 0.0
@@ -90,7 +90,6 @@ def finish_contact_step(numbers: FloatArray, until: float, length: float, after:
 def _contact_step(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, until: float,
     steps: FloatArray, events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
-    strict: bool | None,
 ) -> int:  # fmt: skip
     """Step in contact until something ends a step other than its length; return what."""
     order = int(numbers[contract.ORDER])
@@ -99,20 +98,18 @@ def _contact_step(
     if law is not None:
         choose_law(numbers, law, events, S)
     event.follow_on(event.force(numbers, 0.0, S[STATE + A], S[STATE + B], S), peaks, S)
-    if law is not None:
-        length, ends, follows = yielding_reach(numbers, law, S)
     if damper is not None and stops is not None:
-        length, bounded = held_contact_reach(numbers, damper, stops, S)
-    if law is None and damper is None:
-        length, t, u, w, turns = step.contact_advance(numbers, strict, until, steps.shape[0] - 1, steps, S)
-    else:
+        length, turns, bounded = held_contact_reach(pieces, numbers, damper, until, steps, stops, S)
+    elif law is not None:
+        length, turns, ends, follows = yielding_reach(pieces, numbers, law, until, steps, S)
+    if law is not None or damper is not None:
         t, u, w = evaluate(S, T, order, length), evaluate(S, U, order, length), evaluate(S, W, order, length)
-        turns = step.may_turn(order, length, w, S)
+    else:
+        length, t, u, w, turns = step.contact_advance(pieces, numbers, None, until, steps.shape[0] - 1, steps, S)
     if law is not None and numbers[contract.MEMORY] != 0.0 and S[layout.HERE_LAW_TERMS] != 0.0:
         turns = False  # such a step ends where the rate is zero
     length, what, after, u, w = step.contact_end(numbers, order, until - S[STATE + TIME], length, t, u, w, turns, S)
-    trend, degree = step.trend_series(numbers, order, S)
-    finish_contact_step(numbers, until, length, after, u, w, what, trend, degree, turns, steps, events, peaks, S)
+    finish_contact_step(numbers, until, length, after, u, w, what, turns, steps, events, peaks, S)
     if damper is not None:
         carry_end(damper, order, length, S)
         if what == step.NOTHING and bounded and numbers[contract.HYSTERESIS] != 0.0:
@@ -143,22 +140,19 @@ def enter_phase(numbers: FloatArray, what: int, length: float, events: FloatArra
 
 @kernel
 def _flight_step(
-    numbers: FloatArray, damper: FloatArray | None, until: float, steps: FloatArray, events: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, until: float, steps: FloatArray, events: FloatArray,
     peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
 ) -> int:  # fmt: skip
     """Make one step in flight, released or bonded; return what ended it."""
     time = S[STATE + TIME]
     reach = until - time
     released = S[STATE + PHASE] == contract.RELEASED
-    on_deck = S[STATE + ON_DECK] != 0.0
     bonded = numbers[contract.BILATERAL] != 0.0
-    y, v, deck_y, deck_v = S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V]
+    deck_y, deck_v = S[STATE + DECK_Y], S[STATE + DECK_V]
     if damper is not None and stops is not None:
-        reach = held_flight_reach(numbers, damper, reach, stops, S)
-    elif bonded:
-        bonded_series(numbers, FLIGHT_ORDER, y, v, deck_y, deck_v, on_deck, S)
+        reach = held_flight_reach(pieces, numbers, damper, reach, stops, S)
     else:
-        flight_series(numbers, FLIGHT_ORDER, y, v, deck_y, deck_v, on_deck, S)
+        step.free_series(pieces, numbers, None, S)
     if S[COUNT + layout.OPENED] != 0.0:  # this flight begins where the indentation is zero
         S[layout.CLEAR] = 0.0
     length, what = step.flight_end(numbers, released, reach, S)
@@ -245,7 +239,7 @@ def _cross_break(pieces: FloatArray, numbers: FloatArray, law: FloatArray | None
 @kernel
 def advance_kernel(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
-    events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray, strict: bool | None,
+    events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
 ) -> int:  # fmt: skip
     """Make the next step (in plain contacts all up to the next event), over a breakpoint at its end.
 
@@ -278,9 +272,9 @@ def advance_kernel(
         _leave_rest(numbers, damper, S)
         return contract.RUNNING
     if in_contact:
-        what = _contact_step(pieces, numbers, law, damper, until, steps, events, peaks, stops, S, strict)
+        what = _contact_step(pieces, numbers, law, damper, until, steps, events, peaks, stops, S)
     else:
-        what = _flight_step(numbers, damper, until, steps, events, peaks, stops, S)
+        what = _flight_step(pieces, numbers, damper, until, steps, events, peaks, stops, S)
     S[COUNT + layout.OPENED] = 1.0 if what == step.OPENS else 0.0
     state = S[STATE + TIME] + S[STATE + A] + S[STATE + B] + S[STATE + DECK_Y] + S[STATE + DECK_V]
     if step.is_bad(state + S[STATE + contract.END_DEFLECTION]):
@@ -298,12 +292,12 @@ def advance_kernel(
 @kernel
 def march_kernel(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
-    events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray, strict: bool | None,
+    events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
 ) -> int:  # fmt: skip
     """March from the state in S until the end, or until a table is full; return why it stopped. May be called again."""
     status = contract.RUNNING
     while status == contract.RUNNING:
-        status = advance_kernel(pieces, numbers, law, damper, steps, events, peaks, stops, S, strict)
+        status = advance_kernel(pieces, numbers, law, damper, steps, events, peaks, stops, S)
     return status
 
 
@@ -383,14 +377,13 @@ USED = np.array([layout.STEPS, layout.EVENTS, layout.PEAKS, layout.STOPS, layout
 
 
 def _arguments(program: contract.Program, tables: _Tables, room: FloatArray, work: FloatArray) -> tuple[Any, ...]:
-    strict = True if program.numbers[contract.ORDER] == contract.STRICT_ORDER else None
     tables = tables._replace(steps=room)
-    return tables.pieces, program.numbers, *program.law_and_damper, *tables[:-1], work, strict
+    return tables.pieces, program.numbers, *program.law_and_damper, *tables[:-1], work
 
 
 def march(program: contract.Program, tell: telling.Tell = telling.report_nothing) -> March:
     """March a program from its start to its end."""
-    tables, work = _Tables.empty_tables(program), np.zeros(layout.SCRATCH)
+    tables, work = _Tables.empty_tables(program), scratch_for(program)
     start_kernel(program.pieces, program.numbers, tables.events, work)
     if program.numbers[contract.MEMORY] != 0.0:
         work[COUNT + layout.PIECES] = len(program.pieces)

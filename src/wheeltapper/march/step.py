@@ -6,14 +6,15 @@ import numpy as np
 
 from wheeltapper.march import layout
 from wheeltapper.march import program as contract
+from wheeltapper.march.events import is_contact_phase
 from wheeltapper.march.flight import flight_reach
+from wheeltapper.march.held_end import hold_end
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import STATE, N, T, U, W, Y, Z
-from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, A, B, FloatArray
+from wheeltapper.march.layout import STATE, N, T, U, W
+from wheeltapper.march.program import LENGTH, ON_DECK, PIECE, FloatArray
 from wheeltapper.march.roots import NOISE, NONE, evaluate, evaluate_derivative, first_root
-from wheeltapper.march.series import contact_series, harmonic_forcing
-from wheeltapper.march.steplength import SLOW, stable_step, steplength
-from wheeltapper.march.unrolled import coast_flat_12, coast_flat_20, coast_wave_12, coast_wave_20
+from wheeltapper.march.steps.calling import call_step
+from wheeltapper.march.steps.written import free_variant_of, variant_of
 
 # What ends a step.
 NOTHING, BREAK, OPENS, RELEASES, LANDS, GRIPS = 0, 1, 2, 3, 4, 5
@@ -45,25 +46,6 @@ def fastest_rate(numbers: FloatArray, suspension: float, S: FloatArray) -> float
 
 
 @kernel
-def contact_reach(numbers: FloatArray, suspension: float, S: FloatArray) -> float:
-    """Return the step in s at which the last two terms of the series reach the tolerance, or that is just stable."""
-    order = int(numbers[contract.ORDER])
-    deck = numbers[contract.DECK_MASS] > 0.0
-    u_last = abs(S[U + order])
-    w_last = abs(S[W + order])
-    u_before = abs(S[U + order - 1])
-    w_before = abs(S[W + order - 1])
-    if deck:
-        u_last = max(u_last, abs(S[Y + order]))
-        w_last = max(w_last, abs(S[Z + order]))
-        u_before = max(u_before, abs(S[Y + order - 1]))
-        w_before = max(w_before, abs(S[Z + order - 1]))
-    goal = np.log2(numbers[contract.TOLERANCE])
-    length = steplength(order, u_before, w_before, u_last, w_last, goal)
-    return stable_step(order, length, fastest_rate(numbers, suspension, S))
-
-
-@kernel
 def is_plain_hertz(numbers: FloatArray) -> bool:
     """Return True for a contact after Hertz without hysteresis on a stiff rail."""
     stiff_rail = numbers[contract.DECK_MASS] == 0.0 and numbers[contract.HYSTERESIS] == 0.0
@@ -71,55 +53,49 @@ def is_plain_hertz(numbers: FloatArray) -> bool:
 
 
 @kernel
-def is_written_out(numbers: FloatArray, S: FloatArray) -> bool:
-    """Return True where unrolled.py and the lanes know the contact, and nothing but accuracy limits its steps."""
-    level = S[layout.HERE_DEGREE] == 0.0 and S[layout.HERE_FACTOR_DEGREE] < 0.0
-    slow = numbers[contract.STIFFNESS] + numbers[contract.DAMPING] <= SLOW
-    return bool(is_plain_hertz(numbers) and slow and level)
-
-
-@kernel
-def may_turn(order: int, length: float, w: float, S: FloatArray) -> bool:
-    """Return False where the indentation's rate, `w` at the step's end, keeps its sign for sure."""
-    sway = 0.0
-    for k in range(order, 0, -1):
-        sway = (sway + k * abs(S[W + k])) * length
-    return not (S[W] * w > 0.0 and abs(S[W]) + abs(w) > sway)
-
-
-@kernel
 def contact_advance(
-    numbers: FloatArray, strict: bool | None, until: float, limit: int, steps: FloatArray, S: FloatArray
-) -> tuple[float, float, float, float, bool]:
+    pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, until: float, limit: int, steps: FloatArray,
+    S: FloatArray,
+) -> tuple[float, float, float, float, bool]:  # fmt: skip
     """Put the series of the next contact step that may hold an event in S, making the steps before it.
 
-    Return its length, t, u and w at its end, and whether w may pass zero in it. Rows `limit` and on of `steps` stay
-    free. Only the plainest contacts, written out in unrolled.py, make more than one step. `strict` is None or True:
-    its type tells the compiler which order to leave out.
+    Return its length, t, u and w at its end, and whether the force may have an extreme in it. Rows `limit` and on of
+    `steps` stay free; where the contact yields or the damper has an end of its own, it makes one step.
     """
-    order = int(numbers[contract.ORDER])
-    if is_written_out(numbers, S):
-        K = numbers[contract.STIFFNESS]
-        G = numbers[contract.DAMPING]
-        load = 1.0 + K * S[layout.HERE_POLY]
-        goal = np.log2(numbers[contract.TOLERANCE])
-        omega = S[layout.HERE_OMEGA]
-        gain_sin, gain_cos = harmonic_forcing(numbers, S)
-        if strict is None:
-            if omega == 0.0:
-                return coast_flat_12(K, G, load, goal, until, limit, steps, S)
-            return coast_wave_12(K, G, load, gain_sin, gain_cos, omega, goal, until, limit, steps, S)
-        else:  # noqa: RET505 - Numba prunes whole branches only
-            if omega == 0.0:
-                return coast_flat_20(K, G, load, goal, until, limit, steps, S)
-            return coast_wave_20(K, G, load, gain_sin, gain_cos, omega, goal, until, limit, steps, S)
-    contact_series(
-        numbers, order, S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V], S[STATE + ON_DECK] != 0.0, S
-    )
-    length = contact_reach(numbers, numbers[contract.STIFFNESS] + numbers[contract.DAMPING], S)
-    w = evaluate(S, W, order, length)
-    turns = may_turn(order, length, w, S)
-    return length, evaluate(S, T, order, length), evaluate(S, U, order, length), w, turns
+    yields = bool(S[layout.HERE_LAW_TERMS] != 0.0)
+    number = variant_of(numbers, pieces[int(S[STATE + PIECE])], yields, damper is not None)
+    if S[layout.FUNCTIONS + number] == 0.0:
+        return np.nan, np.nan, np.nan, np.nan, True  # nobody has written it
+    return call_step(S[layout.FUNCTIONS + number], numbers, pieces, until, limit, steps, S)
+
+
+@kernel
+def free_series(pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, S: FloatArray) -> None:
+    """Put the series of a step in time from the state in S there: U (y), W (v), CLEAR (y_k + Y - y), Y and Z of a deck.
+
+    In a bilateral contact F (the path) and N = factor·(y_k + Y - y), tension included, too; BUSH of a damper's end.
+    """
+    number = free_variant_of(numbers, damper is not None)
+    if S[layout.FUNCTIONS + number] == 0.0:
+        S[U] = np.nan  # nobody has written it
+        return
+    call_step(S[layout.FUNCTIONS + number], numbers, pieces, np.inf, 0, pieces, S)
+
+
+@kernel
+def repeat_step(
+    pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray
+) -> None:
+    """Put the series of one step from a state (or a row of steps) in S, whose piece stands there."""
+    for k in range(state.shape[0]):
+        if k != LENGTH:
+            S[STATE + k] = state[k]
+    if damper is not None:
+        hold_end(damper, state[contract.END_MODE], S)
+    if is_contact_phase(state[contract.PHASE]):
+        contact_advance(pieces, numbers, damper, np.inf, 0, pieces, S)
+    else:
+        free_series(pieces, numbers, damper, S)
 
 
 @kernel

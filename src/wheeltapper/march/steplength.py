@@ -40,6 +40,15 @@ def steplength(order: int, u_before: float, w_before: float, u_last: float, w_la
 
 
 @kernel
+def steplength_of_bush(order: int, bush: float, before: float, last: float, goal: float) -> float:
+    """Return the step at which the last two terms of a bush's deflection, or of its force, reach 2**goal."""
+    if not bush > 0.0:
+        return LONGEST
+    gain = max(1.0, bush)
+    return steplength(order, gain * before, 0.0, gain * last, 0.0, goal)
+
+
+@kernel
 def stable_step(order: int, length: float, rate: float) -> float:
     """Return the length of a step, limited by stability if the motion has a part as fast as `rate`."""
     reach = STABLE * order

@@ -19,13 +19,12 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march import tangent_events, tangent_path
 from wheeltapper.march.events import is_free
-from wheeltapper.march.flight import bonded_series, flight_series, free_series
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import FLIGHT_ORDER, HERE_DEGREE, HERE_FACTOR_DEGREE, HERE_OMEGA, N, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import contact_series, localise
-from wheeltapper.march.step import is_plain_hertz
+from wheeltapper.march.step import is_plain_hertz, repeat_step
 from wheeltapper.march.tangent_events import AFTER, FIRST, FOURTH, PUSH, SECOND, THIRD
 from wheeltapper.march.tangent_lanes import LINK_ROWS, Links, follow_link, link_steps
 from wheeltapper.march.tangent_path import CARRIED, DA, DB, DBREAK, DSHIFT, DT, DW, DY, DZ, LANES, localise_tangent
@@ -45,17 +44,14 @@ NEAR_GRAZING = 0.1
 
 @kernel
 def _flight_tangents(
-    numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, end: FloatArray, S: FloatArray,
-    D: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, end: FloatArray,
+    S: FloatArray, D: FloatArray,
 ) -> None:  # fmt: skip
     """Carry the tangents over a localised step without regularised contact; write the motion at its end."""
     bonded = step[PHASE] == contract.BONDED
     on_deck = step[ON_DECK] != 0.0
     x = step[LENGTH]
-    if bonded:
-        bonded_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
-    else:
-        flight_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
+    repeat_step(pieces, numbers, None, step, S)
     flight_tangent(numbers, turns, on_deck, bonded, carried, S, D)
     deck = numbers[contract.DECK_MASS] > 0.0
     sums_at(D, U, FLIGHT_ORDER, x, carried[DA])
@@ -72,16 +68,12 @@ def _flight_tangents(
 
 @kernel
 def _free_tangents(
-    numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray
-) -> None:
+    pieces: FloatArray, numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, S: FloatArray,
+    D: FloatArray,
+) -> None:  # fmt: skip
     """Carry the tangents over a step in flight; the path does not matter."""
-    K, G, x = numbers[contract.STIFFNESS], numbers[contract.DAMPING], step[LENGTH]
-    mass, on_deck = numbers[contract.DECK_MASS], step[ON_DECK] != 0.0
-    free_series(K, G, -1.0, step[A], step[B], U, W, FLIGHT_ORDER, S)
-    if mass > 0.0:
-        load = numbers[contract.PRESTRESS] / mass if on_deck else 0.0
-        stiff, drag = numbers[contract.DECK_STIFFNESS] / mass, numbers[contract.DECK_DAMPING] / mass
-        free_series(stiff, drag, load, step[DECK_Y], step[DECK_V], Y, Z, FLIGHT_ORDER, S)
+    x, mass, on_deck = step[LENGTH], numbers[contract.DECK_MASS], step[ON_DECK] != 0.0
+    repeat_step(pieces, numbers, None, step, S)
     flight_tangent(numbers, turns, on_deck, False, carried, S, D)
     sums_at(D, U, FLIGHT_ORDER, x, carried[DA])
     sums_at(D, W, FLIGHT_ORDER, x, carried[DB])
@@ -170,7 +162,7 @@ def repeat_kernel(
                 if _turns_near(step, end):
                     localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
                     piece = -1.0
-                    gentlest = min(gentlest, _approach(numbers, step, end, S))
+                    gentlest = min(gentlest, _approach(pieces, numbers, step, end, S))
                 if abs(step[TIME] + end[AFTER] - after[TIME]) > 1e-9 * (1.0 + abs(after[TIME])):
                     gentlest = 0.0
                     carried[:] = np.nan
@@ -181,7 +173,7 @@ def repeat_kernel(
                     )  # fmt: skip
                 continue
             if i > 0 and leapt < 0 and _flies_on(steps, i, events, event, peaks, peak):
-                _free_tangents(numbers, turns, step, carried, S, D)
+                _free_tangents(pieces, numbers, turns, step, carried, S, D)
                 tangent_events.break_moves(bends, base, table, numbers, turns, step, after, carried)
                 begun = False
                 continue
@@ -211,11 +203,11 @@ def repeat_kernel(
                 contacts += 1
             flew = is_free(step[PHASE])
         if not contact:
-            _flight_tangents(numbers, turns, step, carried, end, S, D)
+            _flight_tangents(pieces, numbers, turns, step, carried, end, S, D)
             peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
         elif linked:
             while simple and is_plain(S) and is_inside(peaks, peak, after[TIME]):
-                plain_peak(numbers, turns, step, peak, peaks, of_peaks, carried, end, S, D, L)
+                plain_peak(pieces, numbers, turns, step, peak, peaks, of_peaks, carried, end, S, D, L)
                 peak += 1
             if is_inside(peaks, peak, after[TIME]):
                 carry_on[:] = carried
@@ -225,14 +217,14 @@ def repeat_kernel(
             if links is not None:
                 follow_link(i % LINK_ROWS, numbers[contract.DECK_MASS] > 0.0, carried, end, links)
             if _turns_near(step, end):
-                gentlest = min(gentlest, _approach(numbers, step, end, S))
+                gentlest = min(gentlest, _approach(pieces, numbers, step, end, S))
         elif simple and is_plain(S):
             while is_inside(peaks, peak, after[TIME]):
-                plain_peak(numbers, turns, step, peak, peaks, of_peaks, carried, end, S, D, L)
+                plain_peak(pieces, numbers, turns, step, peak, peaks, of_peaks, carried, end, S, D, L)
                 peak += 1
             plain_tangents(numbers, turns, step, step[LENGTH], carried, end, S, D, L)
             if _turns_near(step, end):
-                gentlest = min(gentlest, _approach(numbers, step, end, S))
+                gentlest = min(gentlest, _approach(pieces, numbers, step, end, S))
         else:
             _contact_tangents(numbers, turns, step, carried, end, S, D)
             if _turns_near(step, end):
@@ -347,10 +339,10 @@ def _turns_near(step: FloatArray, end: FloatArray) -> bool:
 
 
 @kernel
-def _approach(numbers: FloatArray, step: FloatArray, end: FloatArray, S: FloatArray) -> float:
+def _approach(pieces: FloatArray, numbers: FloatArray, step: FloatArray, end: FloatArray, S: FloatArray) -> float:
     """Return how near a localised contact step comes to grazing."""
     order = int(numbers[contract.ORDER])
-    contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], step[ON_DECK] != 0.0, S)
+    repeat_step(pieces, numbers, None, step, S)
     return tangent_events.closest_approach(step, order, end[FIRST], end[SECOND], S)
 
 

@@ -10,8 +10,7 @@ from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import W
 from wheeltapper.march.program import LENGTH, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate_derivative
-from wheeltapper.march.series import contact_series
-from wheeltapper.march.step import time_to
+from wheeltapper.march.step import repeat_step, time_to
 from wheeltapper.march.tangent_events import AFTER, FIRST, FOURTH, SECOND, THIRD
 from wheeltapper.march.tangent_path import DA, DB, DT, LANES, OF_SIZE, OF_TIME
 from wheeltapper.march.unrolled_tangent import tangent_flat_12, tangent_wave_12
@@ -81,12 +80,12 @@ def plain_tangents(
 
 @kernel
 def plain_peak(
-    numbers: FloatArray, turns: FloatArray, step: FloatArray, peak: int, peaks: FloatArray, of_peaks: FloatArray,
-    carried: FloatArray, end: FloatArray, S: FloatArray, D: FloatArray, L: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, turns: FloatArray, step: FloatArray, peak: int, peaks: FloatArray,
+    of_peaks: FloatArray, carried: FloatArray, end: FloatArray, S: FloatArray, D: FloatArray, L: FloatArray,
 ) -> None:  # fmt: skip
     """Write the derivatives of a force maximum inside a plain contact step; the carried tangents stay at its start."""
     order = int(numbers[contract.ORDER])
-    contact_series(numbers, order, step[A], step[B], 0.0, 0.0, False, S)
+    repeat_step(pieces, numbers, None, step, S)
     x = time_to(S, order, step[LENGTH], peaks[peak, contract.PEAK_TIME] - step[TIME])
     slope = evaluate_derivative(S, W, order, x)
     for lane in range(LANES):

@@ -31,10 +31,10 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.events import follow_force, log_event
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE, Q, T, U, W
-from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, PHASE, PIECE, TIME, A, B, FloatArray
+from wheeltapper.march.program import PHASE, PIECE, TIME, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
-from wheeltapper.march.series import NO_PIECE, borne_at, borne_series, contact_series, enter_law, law_at, residual_at
-from wheeltapper.march.step import NOTHING, contact_reach
+from wheeltapper.march.series import NO_PIECE, borne_at, borne_series, enter_law, law_at, residual_at
+from wheeltapper.march.step import NOTHING, contact_advance
 
 YIELDS, GOES_ON, UNLOADS = 6, 7, 8
 """What else ends a step: the contact begins to yield, goes over to another piece of the law, or unloads."""
@@ -43,6 +43,27 @@ SAME_DEPTH = 1e-12
 HARDLY_YIELDS = 0.3
 """A spot that reaches what it has borne at a rate below this times the root of the tolerance would go beyond it by less
 than the march is exact: it does not yield."""
+
+
+@kernel
+def _is_same_line(a: int, b: int, law: FloatArray) -> bool:
+    """Return True where the forces of two neighbouring pieces of the law are one straight line."""
+    force = contract.LAW_FORCE
+    if law[a, force + 2] != 0.0 or law[b, force + 2] != 0.0:
+        return False
+    slope = law[a, force + 1] / law[a, contract.LAW_SCALE]
+    return bool(abs(law[b, force + 1] / law[b, contract.LAW_SCALE] - slope) <= SAME_DEPTH * slope)
+
+
+@kernel
+def _stretch_of(piece: int, law: FloatArray) -> tuple[int, int]:
+    """Return the first and the last of the pieces of the law over which the force of one holds."""
+    first = last = piece
+    while first > 0 and _is_same_line(first - 1, first, law):
+        first -= 1
+    while last + 1 < law.shape[0] and _is_same_line(last, last + 1, law):
+        last += 1
+    return first, last
 
 
 @kernel
@@ -63,8 +84,9 @@ def choose_law(numbers: FloatArray, law: FloatArray, events: FloatArray, S: Floa
     beyond = square - borne_at(0.0, S)
     piece = int(S[STATE + PHASE]) - contract.YIELDING
     if piece >= 0:
-        ends = law[piece + 1, contract.LAW_START] if piece + 1 < law.shape[0] else np.inf
-        if not law[piece, contract.LAW_START] - near <= depth <= ends + near:
+        first, last = _stretch_of(piece, law)
+        ends = law[last + 1, contract.LAW_START] if last + 1 < law.shape[0] else np.inf
+        if not law[first, contract.LAW_START] - near <= depth <= ends + near:
             piece = piece_of(depth, law)
         if beyond < -near:
             piece = NO_PIECE
@@ -124,8 +146,8 @@ def _meets_border(depth: float, order: int, length: float, direction: float, S: 
         return _indentation_crossing(depth - S[layout.HERE_RESIDUAL], order, length, direction, S)
     for k in range(order):
         S[layout.TREND + k] = S[layout.DEPTH + k]
-    S[layout.TREND] -= (depth - S[layout.HERE_LAW_CENTRE]) / S[layout.HERE_LAW_SCALE]
-    return _first_directed_root(order - 1, length, direction, depth / S[layout.HERE_LAW_SCALE], S)
+    S[layout.TREND] -= depth
+    return _first_directed_root(order - 1, length, direction, depth, S)
 
 
 @kernel
@@ -145,11 +167,12 @@ def _may_yield(order: int, length: float, S: FloatArray) -> bool:
 def _yielding_end(law: FloatArray, order: int, length: float, memory: bool, S: FloatArray) -> tuple[float, int, int]:
     """Return where the piece of the law that holds ends in a step, what ends it, and which piece follows."""
     piece = int(S[STATE + PHASE]) - contract.YIELDING
+    first, last = _stretch_of(piece, law)
     end, what, follows = length, NOTHING, piece
-    if piece + 1 < law.shape[0]:
-        root = _meets_border(law[piece + 1, contract.LAW_START], order, end, 1.0, S)
+    if last + 1 < law.shape[0]:
+        root = _meets_border(law[last + 1, contract.LAW_START], order, end, 1.0, S)
         if root != NONE:
-            end, what, follows = root, GOES_ON, piece + 1
+            end, what, follows = root, GOES_ON, last + 1
     if memory:
         if S[W] < 0.0 or (S[W] == 0.0 and S[W + 1] <= 0.0):
             return 0.0, UNLOADS, piece
@@ -157,10 +180,10 @@ def _yielding_end(law: FloatArray, order: int, length: float, memory: bool, S: F
         if root != NONE:
             end, what = root, UNLOADS
         return end, what, follows
-    if piece > 0:
-        root = _meets_border(law[piece, contract.LAW_START], order, end, -1.0, S)
+    if first > 0:
+        root = _meets_border(law[first, contract.LAW_START], order, end, -1.0, S)
         if root != NONE:
-            end, what, follows = root, GOES_ON, piece - 1
+            end, what, follows = root, GOES_ON, first - 1
     root = _meets_yield(order, end, -1.0, S)
     if root != NONE:
         end, what, follows = root, GOES_ON, NO_PIECE
@@ -175,10 +198,11 @@ def _append_memory_piece(
     here, row = int(S[STATE + PIECE]), int(S[COUNT + layout.PIECES])
     before = residual_at(0.0, S)
     depth = S[STATE + A] * S[STATE + A] + before
-    x = (depth - S[layout.HERE_LAW_CENTRE]) / S[layout.HERE_LAW_SCALE]
+    piece = piece_of(depth, law)
+    x = (depth - law[piece, contract.LAW_CENTRE]) / law[piece, contract.LAW_SCALE]
     residual = 0.0
     for k in range(contract.TERMS - 1, -1, -1):
-        residual = residual * x + law[int(S[STATE + PHASE]) - contract.YIELDING, contract.LAW_RESIDUAL + k]
+        residual = residual * x + law[piece, contract.LAW_RESIDUAL + k]
     square = depth - residual
     for column in range(pieces.shape[1]):
         pieces[row, column] = pieces[here, column]
@@ -196,22 +220,43 @@ def _append_memory_piece(
 
 
 @kernel
-def yielding_reach(numbers: FloatArray, law: FloatArray, S: FloatArray) -> tuple[float, int, int]:
-    """Put the series of a contact step in S; return its length, what of the law ends it, and the piece that follows."""
+def _bound_law(law: FloatArray, S: FloatArray) -> None:
+    """Say between which values of u the law that holds goes on; none where what earlier contacts left varies."""
+    piece = int(S[STATE + PHASE]) - contract.YIELDING
+    S[layout.U_FLOOR], S[layout.U_CEILING] = 0.0, 0.0
+    if S[layout.HERE_BEARS_DEGREE] > 0.0 or S[layout.HERE_RESIDUAL_DEGREE] > 0.0:
+        return
+    left, bears = S[layout.HERE_RESIDUAL], S[layout.HERE_BEARS]
+    S[layout.U_CEILING] = sqrt(max(bears, 0.0))
+    if piece >= 0:
+        first, last = _stretch_of(piece, law)
+        S[layout.U_FLOOR] = sqrt(max(law[first, contract.LAW_START] - left, bears, 0.0))
+        S[layout.U_CEILING] = np.inf
+        if last + 1 < law.shape[0]:
+            S[layout.U_CEILING] = sqrt(max(law[last + 1, contract.LAW_START] - left, 0.0))
+
+
+@kernel
+def yielding_reach(
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray, until: float, steps: FloatArray, S: FloatArray
+) -> tuple[float, bool, int, int]:
+    """Put the series of a contact step in S; return its length, what of the law ends it, and the piece that follows.
+
+    Second is whether the force may have an extreme within it. The steps before it hold nothing.
+    """
     order = int(numbers[contract.ORDER])
     memory = numbers[contract.MEMORY] != 0.0
-    contact_series(
-        numbers, order, S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V], S[STATE + ON_DECK] != 0.0, S
-    )
-    length = contact_reach(numbers, numbers[contract.STIFFNESS] + numbers[contract.DAMPING], S)
+    _bound_law(law, S)
+    length, _, _, _, turns = contact_advance(pieces, numbers, None, until, steps.shape[0] - 1, steps, S)
     if S[layout.HERE_LAW_TERMS] != 0.0:
-        return _yielding_end(law, order, length, memory, S)
+        end, what, follows = _yielding_end(law, order, length, memory, S)
+        return end, turns, what, follows
     if _may_yield(order, length, S):
         root = _meets_yield(order, length, 1.0, S)
         slow = HARDLY_YIELDS * sqrt(numbers[contract.TOLERANCE])
         if root != NONE and not (memory and evaluate(S, W, order, root) < slow):
-            return root, YIELDS, NO_PIECE
-    return length, NOTHING, NO_PIECE
+            return root, turns, YIELDS, NO_PIECE
+    return length, turns, NOTHING, NO_PIECE
 
 
 @kernel

@@ -21,6 +21,8 @@ GENERAL = FOLDER / "general"
 """The general march, with folders of its own in it."""
 RAILS = FOLDER / "rails"
 """The wagon's march on rails, which takes kernels of both."""
+STEPS = FOLDER / "steps"
+"""The steps of a wheel, whose functions are written while the program runs."""
 
 _IMPORTED = re.compile(r"^from wheeltapper\.march([\w.]*) import ([\w, ]*)", re.MULTILINE)
 _KERNEL = re.compile(r"^@\w*kernel$", re.MULTILINE)
@@ -64,4 +66,4 @@ def stamp_of(march: str) -> str:
 
 def march_of(file: Path) -> str:
     """Return to whose sources a file of the marches belongs: "wheel", which is the wagon's, too; "general"; "rails"."""
-    return "rails" if file.parent == RAILS else "wheel" if file.parent == FOLDER else "general"
+    return "rails" if file.parent == RAILS else "wheel" if file.parent in (FOLDER, STEPS) else "general"
