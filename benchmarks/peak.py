@@ -26,15 +26,15 @@ from maps import Map, spread
 from options import parser_of
 from problems import CASES, FloatArray
 
-from wheeltapper.march import unrolled_lanes
 from wheeltapper.march.blocks import core_count
 from wheeltapper.march.ensemble import Cells, march_all, march_in_lanes
 from wheeltapper.march.kernel import FASTMATH
 from wheeltapper.march.lane_rows import (
+    LANE_AMP_COS,
+    LANE_AMP_SIN,
+    LANE_CUBIC,
     LANE_ENTRIES,
     LANE_G,
-    LANE_GAIN_COS,
-    LANE_GAIN_SIN,
     LANE_GOAL,
     LANE_K,
     LANE_LOAD,
@@ -45,14 +45,17 @@ from wheeltapper.march.lane_rows import (
     LANE_W0,
     LANES,
 )
-from wheeltapper.march.program import COSINE, FLIGHT, PHASE, PIECE, SINE, Program
+from wheeltapper.march.program import COSINE, DEFAULT_ORDER, FLIGHT, PHASE, PIECE, SINE, Program
 from wheeltapper.march.single import march
+from wheeltapper.march.steps.equations import FLAT, WAVE, Terms
+from wheeltapper.march.steps.variants import FLIGHTS, VARIANTS
+from wheeltapper.march.steps.written import compiled, source_in_lanes
 
 CHAINS, LINKS = 12, 16
 """Chains of multiply-adds, enough to hide their latency, and multiply-adds of each between a load and a store."""
 PASSES = 100_000
 REPEATS = 200_000
-STEPS = {"level rail": "lanes_flat_12", "sinusoid": "lanes_wave_12", "flight": "flight_22"}
+STEPS = {"level rail": VARIANTS.index(Terms(FLAT)), "sinusoid": VARIANTS.index(Terms(WAVE)), "flight": FLIGHTS}
 """The lane kernels of a contact step on level rail and on a sinusoid, and of a step in flight."""
 SAMPLED = 1024
 """Cells of the map whose steps are counted."""
@@ -150,10 +153,10 @@ def lanes_in_contact(omega: float) -> FloatArray:
     L, draw = np.zeros(LANE_ENTRIES), np.random.default_rng(3)
     rows: dict[int, Any] = {
         LANE_U0: draw.uniform(0.8, 1.2, LANES), LANE_W0: draw.uniform(-0.3, 0.3, LANES), LANE_K: 2e-3, LANE_G: 7e-3,
-        LANE_LOAD: 1.0, LANE_UNTIL: inf, LANE_GOAL: log2(1e-7),
+        LANE_CUBIC: 1.0, LANE_LOAD: 1.0, LANE_UNTIL: inf, LANE_GOAL: log2(1e-7),
     }  # fmt: skip
     if omega:
-        rows |= {LANE_GAIN_SIN: 0.2, LANE_GAIN_COS: 0.1, LANE_OMEGA: omega, LANE_RATE: omega / (2 * pi)}
+        rows |= {LANE_AMP_SIN: -0.12, LANE_AMP_COS: -0.06, LANE_OMEGA: omega, LANE_RATE: omega / (2 * pi)}
     for row, values in rows.items():
         L[row : row + LANES] = values
     return L
@@ -175,7 +178,7 @@ class Step:
 
 def step_of(which: str, rounds: int) -> Step:
     """Measure a lane kernel."""
-    kernel = getattr(unrolled_lanes, STEPS[which])
+    kernel = compiled(source_in_lanes(STEPS[which], DEFAULT_ORDER))
     anew = numba.njit(error_model="numpy", fastmath=FASTMATH)(kernel.py_func)
     code = machine_code(anew, "void(float64[::1])")
     L = lanes_in_contact(1.3 if which == "sinusoid" else 0.0)

@@ -7,7 +7,7 @@ import wheeltapper as wt
 from wheeltapper.lower.many import LoweredCells
 from wheeltapper.march import program as contract
 from wheeltapper.march.apart import motions_kernel, start_lanes
-from wheeltapper.march.ensemble import AT_THEIR_STARTS, Variant, end_motions, march_in_lanes, march_one_by_one
+from wheeltapper.march.ensemble import AT_THEIR_STARTS, end_motions, march_in_lanes, march_one_by_one
 from wheeltapper.march.lanes import lanes_kernel
 from wheeltapper.march.pool import VISITS, pool_of
 from wheeltapper.march.single import march
@@ -159,7 +159,7 @@ def test_lanes_do_nearly_all_of_the_work(name):
     made = cells(CASES[name], count=64)
     pool = pool_of(*made)
     start_lanes(AT_THEIR_STARTS, pool)
-    while not lanes_kernel(*Variant.of_cells(made), pool):
+    while not lanes_kernel(pool):
         pool = pool.larger()
     events, peaks, apart = pool.used[: VISITS + 1]
     assert events + peaks > 64 * 10
@@ -239,6 +239,6 @@ def test_the_motion_of_a_cell_that_ends_alone_is_its_last_one():
     assert made.numbers[:, contract.BILATERAL].all()
     pool = pool_of(*made)
     start_lanes(AT_THEIR_STARTS, pool)
-    while not lanes_kernel(*Variant.of_cells(made), pool):
+    while not lanes_kernel(pool):
         pool = pool.larger()
     np.testing.assert_array_equal(pool.rows[:, contract.TIME], made.numbers[:, contract.END])

@@ -15,6 +15,7 @@ from wheeltapper.lower.plastic import dissipated_by, left_after, loading_force
 from wheeltapper.march import program as contract
 from wheeltapper.march import single
 from wheeltapper.march.dense import OUT_COLUMNS, OUT_DELTA, OUT_FORCE, OUT_RESIDUAL, dense
+from wheeltapper.march.steps.written import scratch_for
 
 N0 = 106_022.0
 
@@ -152,7 +153,9 @@ def over(line, surface, number=0):
 
 def looked_at(program, march, times):
     out = np.empty((len(times), OUT_COLUMNS))
-    dense(program.pieces, program.numbers, *program.law_and_damper, march.steps, np.asarray(times), out)
+    law, damper = program.law_and_damper
+    S = scratch_for(program)
+    dense(program.pieces, program.numbers, law, damper, march.steps, np.asarray(times), out, S)
     return out
 
 

@@ -1,19 +1,27 @@
 """Steps of a wheel against series in 50 digits, which are computed here from the equations in their plain form."""
 
 import linecache
+import re
 from math import comb, inf
 
+import llvmlite.binding as llvm
 import mpmath
+import numba
 import numpy as np
 import pytest
 
 import wheeltapper as wt
 from wheeltapper.lower.build import lower
+from wheeltapper.march import lane_rows as at
 from wheeltapper.march import layout, program, series
 from wheeltapper.march.flight import flight_reach
+from wheeltapper.march.kernel import FASTMATH
 from wheeltapper.march.single import march
-from wheeltapper.march.steps import written
+from wheeltapper.march.steps import lanes, scalar, tangents, variants, written
 from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms
+from wheeltapper.march.steps.variants import FREE, OF_YIELDING, VARIANTS
+
+from ..marks import slow_but
 
 mpmath.mp.dps = 50
 TOLERANCE = 1e-7
@@ -205,31 +213,202 @@ def worst(S, exact, names):
     return found
 
 
-@pytest.mark.parametrize("order", [12, 20])
-@pytest.mark.parametrize("terms", written.VARIANTS, ids=lambda terms: terms.name)
+@pytest.mark.parametrize("order", [12, *slow_but([20])])
+@pytest.mark.parametrize("terms", VARIANTS, ids=lambda terms: terms.name)
 def test_coefficients_of_contact_steps_are_those_of_50_digits(terms, order):
-    rng = np.random.default_rng([written.VARIANTS.index(terms), order])
+    rng = np.random.default_rng([VARIANTS.index(terms), order])
     for _ in range(3):
         numbers, pieces, S = drawn(rng, terms)
         exact = Exact(numbers, pieces, S, terms).contact(order)
         numbers[program.ORDER] = order
-        written.function(terms, order)(numbers, pieces, inf, 0, pieces, S)
+        written.compiled(scalar.source(terms, order))(numbers, pieces, inf, 0, pieces, S)
         names = ["t", "u", "w", "N", *(["Y", "Z"] if terms.deck else []), *(["x", "v", "e"] if terms.end else [])]
         assert worst(S, exact, names) < 1e-14
 
 
-@pytest.mark.parametrize("terms", written.FREE, ids=lambda terms: terms.name)
+@pytest.mark.parametrize("terms", FREE, ids=lambda terms: terms.name)
 def test_coefficients_of_steps_in_time_are_those_of_50_digits(terms):
-    numbers, pieces, S = drawn(np.random.default_rng(written.FREE.index(terms)), terms)
+    numbers, pieces, S = drawn(np.random.default_rng(FREE.index(terms)), terms)
     order = int(layout.FLIGHT_ORDER)
     exact = Exact(numbers, pieces, S, terms).free(order)
-    written.function(terms, order)(numbers, pieces, inf, 0, pieces, S)
+    written.compiled(scalar.free_source(terms))(numbers, pieces, inf, 0, pieces, S)
     names = ["u", "w", "clear", *(["Y", "Z"] if terms.deck else []), *(["e"] if terms.end else [])]
     powers = flight_reach(numbers, S) ** np.arange(order + 1)
     for name in [*names, *(["N"] if terms.bonded else [])]:  # their terms within a step
         expected = powers * np.array([float(x) for x in exact[name].terms[: order + 1]])
         found = powers * S[ROWS[name] : ROWS[name] + order + 1]
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 * np.abs(expected).max())
+
+
+def put_in_lane(i, numbers, pieces, S, L):
+    """The same step in a lane, as marches in lanes put it there."""
+    state, row, lift = S[layout.STATE :], pieces[0], numbers[program.LIFT]
+    mass, turns = numbers[program.DECK_MASS], row[program.WAVENUMBER] / (2 * np.pi)
+    on, origin = state[program.ON_DECK], state[program.SHIFT] + row[program.CENTRE]
+    per_mass = 1 / mass if mass else 0.0
+    level = lift * row[program.COEFFICIENT]
+    given = {
+        at.LANE_TIME: state[program.TIME], at.LANE_U0: state[program.A], at.LANE_W0: state[program.B],
+        at.LANE_K: numbers[program.STIFFNESS], at.LANE_G: numbers[program.DAMPING], at.LANE_LEVEL: level,
+        at.LANE_LOAD: 1 + numbers[program.STIFFNESS] * level, at.LANE_AMP_SIN: lift * row[program.SINE],
+        at.LANE_AMP_COS: lift * row[program.COSINE], at.LANE_OMEGA: row[program.WAVENUMBER] * numbers[program.PACE],
+        at.LANE_RATE: turns * numbers[program.PACE], at.LANE_OFFSET: turns * origin, at.LANE_UNTIL: inf,
+        at.LANE_GOAL: np.log2(TOLERANCE), at.LANE_CUBIC: numbers[program.CUBIC],
+        at.LANE_QUADRATIC: numbers[program.QUADRATIC], at.LANE_ETA: numbers[program.HYSTERESIS],
+        at.LANE_PACE: numbers[program.PACE] / row[program.SCALE], at.LANE_ORIGIN: origin / row[program.SCALE],
+        at.LANE_ON: on, at.LANE_PRESTRESS: on * numbers[program.PRESTRESS] * per_mass,
+        at.LANE_DECK_STIFF: numbers[program.DECK_STIFFNESS] * per_mass,
+        at.LANE_DECK_DRAG: numbers[program.DECK_DAMPING] * per_mass, at.LANE_SHARE: on * per_mass,
+        at.LANE_DECK_Y: state[program.DECK_Y], at.LANE_DECK_V: state[program.DECK_V],
+    }  # fmt: skip
+    for place, value in given.items():
+        L[place + i] = value
+    for k in range(program.TERMS):
+        L[at.LANE_PATH + 8 * k + i] = lift * row[program.COEFFICIENT + k] if k <= row[program.DEGREE] else 0.0
+        L[at.LANE_FACTOR + 8 * k + i] = row[program.FACTOR + k] if k <= row[program.FACTOR_DEGREE] else k == 0
+
+
+def eight(rng, terms):
+    """Eight steps in progress, in lanes and each for itself."""
+    L, alone = np.zeros(at.TANGENT_ENTRIES), [drawn(rng, terms) for _ in range(8)]
+    for i, one in enumerate(alone):
+        put_in_lane(i, *one, L)
+    return L, alone
+
+
+def series_in_lane(L, i, rows):
+    """Series of a lane, where `worst` looks for them."""
+    out = np.zeros(layout.SCRATCH)
+    for name, (place, count) in rows.items():
+        out[ROWS[name] : ROWS[name] + count] = L[place + i : place + i + 8 * count : 8]
+    return out
+
+
+LANED = VARIANTS[:OF_YIELDING]
+
+
+@pytest.mark.parametrize("order", [12, *slow_but([20])])
+@pytest.mark.parametrize("terms", LANED, ids=lambda terms: terms.name)
+def test_coefficients_in_lanes_are_those_of_50_digits_and_lengths_those_of_one_wheel(terms, order):
+    L, alone = eight(np.random.default_rng([LANED.index(terms), order, 1]), terms)
+    written.compiled(lanes.contact_source(terms, order)).py_func(L)
+    rows = {"u": (at.LANE_U, order + 1), "w": (at.LANE_W, order + 1)}
+    rows |= {"Y": (at.LANE_Y, order + 1), "Z": (at.LANE_V, order + 1)} if terms.deck else {}
+    rows |= {"N": (at.LANE_N, order)} if terms.path == BENT or terms.hysteresis else {}
+    for i, (numbers, pieces, S) in enumerate(alone):
+        exact = Exact(numbers, pieces, S, terms).contact(order)
+        assert worst(series_in_lane(L, i, rows), exact, rows) < 1e-14
+        found = written.compiled(scalar.source(terms, order)).py_func(numbers, pieces, inf, 0, pieces, S)
+        if terms.path == BENT or terms.hysteresis or terms.deck:
+            assert L[at.LANE_LENGTH + i] == pytest.approx(found[0], rel=1e-12)
+        ends = L[[at.LANE_LENGTH + i, at.LANE_T_END + i, at.LANE_U_END + i, at.LANE_W_END + i]]
+        np.testing.assert_allclose(ends, found[:4], rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize("deck", [False, True])
+def test_flights_in_lanes_are_those_of_50_digits(deck):
+    terms, order = Free(deck=deck), int(layout.FLIGHT_ORDER)
+    L, alone = eight(np.random.default_rng(4), terms)
+    written.compiled(lanes.free_source(terms)).py_func(L)
+    rows = {"u": (at.LANE_Y, order + 1), "w": (at.LANE_V, order + 1), "clear": (at.LANE_POLYNOMIAL, order + 1)}
+    rows |= {"Y": (at.LANE_U, order + 1), "Z": (at.LANE_W, order + 1)} if deck else {}
+    for i, (numbers, pieces, S) in enumerate(alone):
+        exact, reach = Exact(numbers, pieces, S, terms).free(order), flight_reach(numbers, S)
+        assert L[at.LANE_LENGTH + i] == pytest.approx(reach, rel=1e-12)
+        powers, found = reach ** np.arange(order + 1), series_in_lane(L, i, rows)
+        for name in rows:
+            expected = powers * np.array([float(x) for x in exact[name].terms[: order + 1]])
+            ours = found[ROWS[name] : ROWS[name] + order + 1] * (1 if name == "clear" else powers)
+            np.testing.assert_allclose(ours, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
+
+
+TURNED = {
+    "TIME": "TIME", "U": "U0", "W": "W0", "K": "K", "G": "G", "LOAD": "LOAD", "AMP_SIN": "AMP_SIN",
+    "AMP_COS": "AMP_COS", "OMEGA": "OMEGA", "ETA": "ETA", "DECK_Y": "DECK_Y", "DECK_V": "DECK_V",
+    "PRESTRESS": "PRESTRESS", "DECK_STIFF": "DECK_STIFF", "DECK_DRAG": "DECK_DRAG", "SHARE": "SHARE",
+}  # fmt: skip
+"""Rows of what changes along a direction, and of what it is the change of."""
+
+
+def ends_of_steps(base, L, rows):
+    """Time, u, w and the deck's motion at the ends of eight steps of known length."""
+    L = L.copy()
+    base.py_func(L)
+    ends = np.array([L[row : row + 8] for row in rows])
+    ends[0] += L[at.LANE_TIME : at.LANE_TIME + 8]
+    return L, ends
+
+
+@pytest.mark.parametrize("order", [12, *slow_but([20])])
+@pytest.mark.parametrize("terms", LANED, ids=lambda terms: terms.name)
+def test_tangents_of_steps_in_lanes_are_differences_of_their_ends(terms, order):
+    rng = np.random.default_rng([LANED.index(terms), 6])
+    L, _ = eight(rng, terms)
+    L[at.LANE_LENGTH : at.LANE_LENGTH + 8] = np.linspace(0.05, 0.3, 8)
+    change, time = np.zeros(len(L)), L[at.LANE_TIME : at.LANE_TIME + 8].copy()
+    for turn, row in TURNED.items():
+        if (terms.deck or turn not in list(TURNED)[10:]) and (terms.hysteresis or turn != "ETA"):
+            first, of = getattr(at, f"LANE_{row}"), getattr(at, f"LANE_OF_{turn}")
+            change[first : first + 8] = L[of : of + 8] = rng.uniform(-1, 1, 8)
+    phase = rng.uniform(-1, 1, 8)
+    change[at.LANE_OFFSET : at.LANE_OFFSET + 8] = -phase / (2 * np.pi)
+    L[at.LANE_OF_PHASE : at.LANE_OF_PHASE + 8] = phase
+    L[at.LANE_OFFSET : at.LANE_OFFSET + 8] -= L[at.LANE_RATE : at.LANE_RATE + 8] * time  # counted from the start
+    L[at.LANE_OFFSET : at.LANE_OFFSET + 8] += L[at.LANE_OMEGA : at.LANE_OMEGA + 8] * time / (2 * np.pi)
+    L[at.LANE_RATE : at.LANE_RATE + 8] = L[at.LANE_OMEGA : at.LANE_OMEGA + 8] / (2 * np.pi)
+    if terms.path == BENT:
+        pace, ahead = rng.uniform(-1, 1, 8), rng.uniform(-1, 1, 8)
+        change[at.LANE_PACE : at.LANE_PACE + 8] = L[at.LANE_OF_PACE : at.LANE_OF_PACE + 8] = pace
+        change[at.LANE_ORIGIN : at.LANE_ORIGIN + 8] = pace * time - ahead
+        L[at.LANE_OF_AHEAD : at.LANE_OF_AHEAD + 8] = ahead
+        for block in ("PATH", "FACTOR"):
+            first, of, many = getattr(at, f"LANE_{block}"), getattr(at, f"LANE_OF_{block}"), 8 * program.TERMS
+            change[first : first + many] = L[of : of + many] = 0.1 * rng.uniform(-1, 1, many)
+        written.compiled(tangents.turn_source()).py_func(L)
+    base, along = (written.compiled(code) for code in tangents.pair(terms, order))
+    names = ("T", "U", "W", "DECK_Y", "DECK_V")[: 5 if terms.deck else 3]
+    rows = [getattr(at, f"LANE_{name}_END") for name in names]
+    based, _ = ends_of_steps(base, L, rows)
+    along.py_func(based)
+    found = np.array([based[row : row + 8] for row in (getattr(at, f"LANE_OF_{name}_END") for name in names)])
+    step = 1e-3
+    around = [ends_of_steps(base, L + k * step * change, rows)[1] for k in (-2, -1, 1, 2)]
+    expected = (around[0] - 8 * around[1] + 8 * around[2] - around[3]) / (12 * step)
+    np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-8)
+
+
+def test_sine_and_cosine_in_lanes_are_exact_to_rounding():
+    turns = np.concatenate([np.linspace(-1, 1, 4001), np.random.default_rng(5).uniform(-500, 500, 4000)])[:8000]
+    body = ["turns_given = L[LANE_OFFSET + i]", *lanes.sincos("turns_given")]
+    body += ["L[LANE_U0 + i] = s", "L[LANE_W0 + i] = c"]
+    both = written.compiled(lanes.function("sine_and_cosine", "Find both.", body))
+    L = np.zeros(at.LANE_ENTRIES)
+    for eight_of_them in turns.reshape(-1, 8):
+        L[at.LANE_OFFSET : at.LANE_OFFSET + 8] = eight_of_them
+        both(L)
+        angle = 2 * np.pi * (eight_of_them - np.rint(eight_of_them))
+        np.testing.assert_allclose(L[at.LANE_U0 : at.LANE_U0 + 8], np.sin(angle), atol=5e-16)
+        np.testing.assert_allclose(L[at.LANE_W0 : at.LANE_W0 + 8], np.cos(angle), atol=5e-16)
+
+
+@pytest.mark.skipif(
+    not llvm.get_host_cpu_features().get("fma", False) or bool(numba.config.DISABLE_JIT), reason="needs a CPU with FMA"
+)
+@pytest.mark.parametrize(
+    ("number", "fewest"),
+    [
+        (0, 170), (variants.SHARPEN_FLIGHT, 40),
+        *slow_but([(1, 250), (2, 500), (5, 500), (11, 800), (variants.ALONGS, 170), (variants.ALONGS + 2, 500)]),
+        *slow_but([(variants.TURN_PATH, 80), (variants.FLIGHTS + 1, 100)]),
+    ],
+)  # fmt: skip
+def test_the_machine_code_of_the_lanes_is_packed(number, fewest):
+    made = written.compiled(written.source_in_lanes(number, 12))
+    anew = numba.njit(error_model="numpy", fastmath=FASTMATH)(made.py_func)
+    anew.compile("void(float64[::1])")
+    (code,) = anew.inspect_asm().values()
+    assert len(re.findall(r"\bvfn?m(?:add|sub)\d+pd\b", code)) >= fewest
+    assert not re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div)sd\b", code)
 
 
 BUMP = wt.Scenario(
@@ -265,12 +444,12 @@ def test_a_term_that_cannot_be_felt_changes_nothing(added, method):
 
 
 def test_a_function_s_lines_can_be_read():
-    made = written.function(Terms(FLAT), 12)
+    made = written.compiled(scalar.source(Terms(FLAT), 12))
     lines = linecache.getlines(made.py_func.__code__.co_filename)
-    assert "".join(lines) == written.text(Terms(FLAT), 12)
+    assert "".join(lines) == scalar.source(Terms(FLAT), 12)
     assert any(line.strip().startswith("u12 = ") for line in lines)
 
 
 def test_there_are_at_most_24_functions_of_an_order():
-    assert len(written.VARIANTS) == len(set(written.VARIANTS)) == 24
-    assert {terms.path for terms in written.VARIANTS} == {FLAT, WAVE, BENT}
+    assert len(VARIANTS) == len(set(VARIANTS)) == 24
+    assert {terms.path for terms in VARIANTS} == {FLAT, WAVE, BENT}

@@ -12,10 +12,10 @@ from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, is_free
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE
 from wheeltapper.march.program import CONTACT, FLIGHT, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
-from wheeltapper.march.series import localise, rail_at
+from wheeltapper.march.series import harmonic_at, localise, rail_at
 from wheeltapper.march.single import advance_kernel, start_from, start_kernel
-from wheeltapper.march.step import is_plain_hertz
 from wheeltapper.march.steplength import SLOW
+from wheeltapper.march.steps.variants import OVER_BENT, OVER_WAVE, has_deck, variant_of
 
 
 @inlined_kernel
@@ -34,7 +34,7 @@ def polynomial_at(pieces: FloatArray, piece: int, source: int, degree: int, x: f
 def force_at(
     cell: int, time: float, u: float, w: float, pieces: FloatArray, first: IntArray, rows: FloatArray
 ) -> float:
-    """Return the contact force of a cell that is not plain at indentation u² and rate w."""
+    """Return the contact force of a cell at indentation u² and rate w."""
     piece, local = first[cell] + int(rows[cell, PIECE]), cells.LOCAL
     factor = 1.0
     if pieces[piece, contract.FACTOR_DEGREE] >= 0.0:
@@ -50,28 +50,18 @@ def rail_at_time(cell: int, time: float, deck_y: float, deck_v: float, pool: cel
     local = pool.rows[cell, cells.LOCAL :]
     lift, pace = pool.numbers[cell, contract.LIFT], local[at.CELL_PACE]
     piece = pool.first[cell] + int(pool.rows[cell, PIECE])
-    x = pace * time - local[at.CELL_ORIGIN]
-    height, slope = polynomial_at(pool.pieces, piece, contract.COEFFICIENT, contract.DEGREE, x)
-    turns = local[at.CELL_RATE] * time - local[at.CELL_OFFSET]
-    phase = 2.0 * np.pi * (turns - np.rint(turns))
-    s, c = np.sin(phase), np.cos(phase)
-    a, b = local[at.CELL_AMP_SIN], local[at.CELL_AMP_COS]
+    height, slope = pool.pieces[piece, contract.COEFFICIENT], 0.0
+    if pool.pieces[piece, contract.DEGREE] > 0.0:
+        x = pace * time - local[at.CELL_ORIGIN]
+        height, slope = polynomial_at(pool.pieces, piece, contract.COEFFICIENT, contract.DEGREE, x)
     on = local[at.CELL_ON]
-    height = lift * height + a * s + b * c + on * deck_y
-    return height, lift * pace * slope + local[at.CELL_OMEGA] * (a * c - b * s) + on * deck_v
-
-
-@inlined_kernel
-def _kind_of(numbers: FloatArray, piece: FloatArray) -> int:
-    """Return the kind of a cell's contact steps on a piece of its path."""
-    straight = piece[contract.DEGREE] == 0.0 and piece[contract.FACTOR_DEGREE] < 0.0
-    wavy = 1 if piece[contract.WAVENUMBER] != 0.0 else 0
-    if numbers[contract.HYSTERESIS] != 0.0:
-        return cells.GENERAL
-    if numbers[contract.DECK_MASS] > 0.0:
-        return cells.DECK_FLAT + wavy if straight else cells.GENERAL
-    slow = numbers[contract.STIFFNESS] + numbers[contract.DAMPING] <= SLOW
-    return cells.FLAT + wavy if straight and slow and is_plain_hertz(numbers) else cells.BENT
+    height, velocity = lift * height + on * deck_y, lift * pace * slope + on * deck_v
+    if local[at.CELL_OMEGA] != 0.0:
+        turns = local[at.CELL_RATE] * time - local[at.CELL_OFFSET]
+        phase = 2.0 * np.pi * (turns - np.rint(turns))
+        h, g = harmonic_at(local[at.CELL_AMP_SIN], local[at.CELL_AMP_COS], local[at.CELL_OMEGA], phase)
+        height, velocity = height + h, velocity + g
+    return height, velocity
 
 
 @inlined_kernel
@@ -83,13 +73,10 @@ def enter_path(cell: int, pool: cells.Pool) -> None:
     lift, pace = numbers[contract.LIFT], numbers[contract.PACE]
     turns = piece[contract.WAVENUMBER] / (2.0 * np.pi)
     omega = piece[contract.WAVENUMBER] * pace
-    stiff, drag = numbers[contract.STIFFNESS] - omega * omega, numbers[contract.DAMPING] * omega
     a, b = lift * piece[contract.SINE], lift * piece[contract.COSINE]
     origin = pool.rows[cell, SHIFT] + piece[contract.CENTRE]
     row[at.CELL_LEVEL] = lift * piece[contract.COEFFICIENT]
     row[at.CELL_LOAD] = 1.0 + numbers[contract.STIFFNESS] * row[at.CELL_LEVEL]
-    row[at.CELL_GAIN_SIN] = stiff * a - drag * b
-    row[at.CELL_GAIN_COS] = stiff * b + drag * a
     row[at.CELL_AMP_SIN] = a
     row[at.CELL_AMP_COS] = b
     row[at.CELL_OMEGA] = omega
@@ -104,7 +91,10 @@ def enter_path(cell: int, pool: cells.Pool) -> None:
         border = numbers[contract.DECK_FROM] if time < numbers[contract.DECK_FROM] else numbers[contract.DECK_TO]
         until = min(until, border) if time < border else until
     row[at.CELL_UNTIL] = until
-    pool.rows[cell, cells.CELL_KIND] = _kind_of(numbers, piece)
+    kind = variant_of(numbers, piece, False, False)
+    if kind <= OVER_WAVE and numbers[contract.STIFFNESS] + numbers[contract.DAMPING] > SLOW:
+        kind = OVER_BENT  # the other two do not look at how fast the suspension is
+    pool.rows[cell, cells.CELL_KIND] = kind
 
 
 @kernel
@@ -131,7 +121,7 @@ def enter_numbers(cell: int, pool: cells.Pool) -> None:
 @kernel
 def queue_of_flight(kind: int) -> int:
     """Return the queue in which a cell in flight waits."""
-    return cells.FLY if kind <= cells.WAVE else cells.FLY + 1
+    return cells.FLY + 1 if has_deck(kind) else cells.FLY
 
 
 @kernel
@@ -153,9 +143,7 @@ def join_queue(cell: int, pool: cells.Pool) -> bool:
     kind = int(pool.rows[cell, cells.CELL_KIND])
     force = 0.0
     if not flying:
-        force = u * u * u
-        if kind > cells.WAVE:
-            force = force_at(cell, S[STATE + TIME], u, w, pool.pieces, pool.first, pool.rows)
+        force = force_at(cell, S[STATE + TIME], u, w, pool.pieces, pool.first, pool.rows)
     cells.track_force(cell, S[STATE + TIME], force, corner, pool)
     cells.push(cell, queue_of_flight(kind) if flying else cells.COAST + kind, pool.queue)
     return True

@@ -35,6 +35,7 @@ from wheeltapper.march.layout import (
     COUNT,
     FLIGHT_ORDER,
     HEADING,
+    NEXT_BUSH,
     PLACE_CEILING,
     PLACE_FLOOR,
     STATE,
@@ -194,10 +195,10 @@ def _refined_root(damper: FloatArray, order: int, root: float, length: float, S:
 
 
 @kernel
-def carry_end(damper: FloatArray, order: int, length: float, S: FloatArray) -> None:
-    """Carry the bush's deflection to the step's end."""
+def carry_end(damper: FloatArray, order: int, length: float, whole: bool, S: FloatArray) -> None:
+    """Carry the bush's deflection to the step's end; `whole`: it is a contact step that nothing cuts."""
     if damper[contract.DAMPER_BUSH] > 0.0 and S[STATE + contract.END_MODE] != contract.FREE:
-        S[STATE + contract.END_DEFLECTION] = evaluate(S, BUSH, order, length)
+        S[STATE + contract.END_DEFLECTION] = S[NEXT_BUSH] if whole else evaluate(S, BUSH, order, length)
 
 
 @kernel
@@ -214,23 +215,23 @@ def _bound_end(damper: FloatArray, S: FloatArray) -> None:
 def held_contact_reach(
     pieces: FloatArray, numbers: FloatArray, damper: FloatArray, until: float, steps: FloatArray, stops: FloatArray,
     S: FloatArray,
-) -> tuple[float, bool, bool]:  # fmt: skip
-    """Put the series of a contact step in S; return its length, and whether a stop is met or left at its end.
+) -> tuple[float, float, float, float, float, bool, bool]:  # fmt: skip
+    """Put the series of a contact step in S; the steps before it hold nothing.
 
-    Second is whether the force may have an extreme within it. The steps before it hold nothing.
+    Return its length, that up to where a stop is met or left, t, u and w at its end, whether the force may have an
+    extreme within it, and whether a stop is met or left.
     """
     order, tolerance = int(numbers[contract.ORDER]), numbers[contract.TOLERANCE]
-    length, turns = 0.0, False
+    reach, t, u, w, turns = 0.0, 0.0, 0.0, 0.0, False
     for switched in range(MOST_SWITCHES + 1):
         hold_end(damper, S[STATE + contract.END_MODE], S)
         _bound_end(damper, S)
-        length, _, _, _, turns = contact_advance(pieces, numbers, damper, until, steps.shape[0] - 1, steps, S)
-        if switched == MOST_SWITCHES or not _changes_hold(damper, WHEEL_Y, order, length, tolerance, stops, S):
+        reach, t, u, w, turns = contact_advance(pieces, numbers, damper, until, steps.shape[0] - 1, steps, S)
+        if switched == MOST_SWITCHES or not _changes_hold(damper, WHEEL_Y, order, reach, tolerance, stops, S):
             break
-    root = _changes_at(damper, WHEEL_Y, WHEEL_V, order, length, S)
-    if root == NONE:
-        return length, turns, False
-    return _refined_root(damper, order, root, length, S), turns, True
+    root = _changes_at(damper, WHEEL_Y, WHEEL_V, order, reach, S)
+    length = reach if root == NONE else _refined_root(damper, order, root, reach, S)
+    return reach, length, t, u, w, turns, root != NONE
 
 
 @kernel

@@ -21,7 +21,6 @@ from wheeltapper.march.lanes import lanes_kernel
 from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, STATE
 from wheeltapper.march.program import PHASE, TIME, A, FloatArray, IntArray
 from wheeltapper.march.single import march_kernel, start_kernel
-from wheeltapper.march.steplength import SLOW
 from wheeltapper.march.steps.written import scratch_of_cells
 from wheeltapper.march.tally import CONTACTS, HIGHEST, STILL_OPEN, TALLY, tally_kernel
 
@@ -37,11 +36,6 @@ class Cells(NamedTuple):
     first: IntArray  # (cells,)
     many: IntArray  # (cells,)
     numbers: FloatArray  # (cells, NUMBERS)
-
-    @property
-    def strict(self) -> bool | None:
-        """True or None: the type by which a kernel is compiled for the method."""
-        return True if np.any(self.numbers[:1, contract.ORDER] == contract.STRICT_ORDER) else None
 
     def part(self, block: slice) -> Cells:
         """Return some of the cells."""
@@ -152,44 +146,15 @@ def march_one_by_one(cells: Cells, tally: bool = False) -> Marched:
     return tables.without_room(tally)
 
 
-class Variant(NamedTuple):
-    """Which variant of the lane kernels some cells need: types by which they are compiled, each None or True.
-
-    Attributes
-    ----------
-    strict
-        True for the order of the strict method.
-    bent
-        True where a piece is no level and no harmonic, has a factor on the force, or the contact is not plain.
-    general
-        True where there are decks, or contacts with hysteresis.
-    """
-
-    strict: bool | None
-    bent: bool | None
-    general: bool | None
-
-    @staticmethod
-    def of_cells(cells: Cells) -> Variant:
-        """Return the variant for some cells."""
-        numbers, pieces = cells.numbers, cells.pieces
-        general = np.any(numbers[:, contract.DECK_MASS] > 0.0) or np.any(numbers[:, contract.HYSTERESIS] != 0.0)
-        straight = np.all(pieces[:, contract.DEGREE] == 0.0) and np.all(pieces[:, contract.FACTOR_DEGREE] < 0.0)
-        hertz = np.all(numbers[:, contract.QUADRATIC] == 0.0) and np.all(numbers[:, contract.CUBIC] == 1.0)
-        slow = np.all(numbers[:, contract.STIFFNESS] + numbers[:, contract.DAMPING] <= SLOW)
-        bent = general or not (straight and hertz and slow)
-        return Variant(cells.strict, True if bent else None, True if general else None)
-
-
 AT_THEIR_STARTS = np.empty((0, pools.CELL_MOTIONS))
 """Stands for the motions in which marches begin: each cell's own start."""
 
 
-def _marched_pool(cells: Cells, variant: Variant, motions: FloatArray) -> pools.Pool:
+def _marched_pool(cells: Cells, motions: FloatArray) -> pools.Pool:
     """Return a pool of some cells that have marched to their ends."""
     pool = pools.pool_of(*cells)
     start_lanes(motions, pool)
-    while not lanes_kernel(*variant, pool):
+    while not lanes_kernel(pool):
         pool = pool.larger()
     return pool
 
@@ -208,13 +173,13 @@ def _tables_of(pool: pools.Pool) -> Marched:
     return Marched(status.astype(np.int64), end, events, peaks, event_ends, peak_ends, airborne)
 
 
-def march_in_lanes(cells: Cells, variant: Variant | None = None) -> Marched:
+def march_in_lanes(cells: Cells) -> Marched:
     """March some cells in this thread, eight at a time wherever they wait for the same kind of step.
 
     A cell that can never reach the impact or loss at which it is to end, because it lacks the energy, ends without the
     force maxima that would follow, each lower than the one before.
     """
-    return _tables_of(_marched_pool(cells, variant or Variant.of_cells(cells), AT_THEIR_STARTS))
+    return _tables_of(_marched_pool(cells, AT_THEIR_STARTS))
 
 
 class Steps(NamedTuple):
@@ -233,7 +198,7 @@ class KeptSteps(NamedTuple):
     pool: pools.Pool
 
 
-def march_keeping_steps(cells: Cells, variant: Variant, most: int, to_the_end: bool) -> KeptSteps | None:
+def march_keeping_steps(cells: Cells, most: int, to_the_end: bool) -> KeptSteps | None:
     """March some cells in lanes; return their steps too, or None if there are more than `most`.
 
     A single cell may have any number of steps. With `to_the_end` cells do not end before, though they lack the energy
@@ -243,7 +208,7 @@ def march_keeping_steps(cells: Cells, variant: Variant, most: int, to_the_end: b
     pool = pools.pool_of(*cells, 64 * total + pools.STEP_ROOM)
     pool.used[pools.TO_THE_END] = 1 if to_the_end else 0
     start_lanes(AT_THEIR_STARTS, pool)
-    while not lanes_kernel(*variant, pool):
+    while not lanes_kernel(pool):
         if pool.used[pools.USED_STEPS] > most and total > 1:
             return None
         pool = pool.larger()
@@ -275,11 +240,11 @@ def end_motions(cells: Cells, threads: int, motions: FloatArray = AT_THEIR_START
     status
         (cells,) DONE, or why a march stopped before its end.
     """
-    total, variant = len(cells.first), Variant.of_cells(cells)
+    total = len(cells.first)
     out, status = np.empty((total, pools.CELL_MOTIONS)), np.empty(total, dtype=np.int64)
 
     def march_block(block: slice) -> None:
-        pool = _marched_pool(cells.part(block), variant, motions[block])
+        pool = _marched_pool(cells.part(block), motions[block])
         motions_kernel(pool, out[block])
         status[block] = pool.rows[:, pools.CELL_STATUS]
 
@@ -293,10 +258,9 @@ def _block_size(total: int, threads: int) -> int:
 
 def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None], tally: bool = False) -> None:
     """March all cells, block by block, and pass each block to `read`; the threads do both."""
-    variant = Variant.of_cells(cells)
 
     def march_and_read(block: slice) -> None:
         some = cells.part(block)
-        read(block, march_one_by_one(some, tally) if tally else march_in_lanes(some, variant))
+        read(block, march_one_by_one(some, tally) if tally else march_in_lanes(some))
 
     in_blocks(len(cells.first), _block_size(len(cells.first), threads), threads, march_and_read)

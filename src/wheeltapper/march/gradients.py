@@ -11,7 +11,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.borrowed import borrowed
 from wheeltapper.march.dense import OUT_COLUMNS
-from wheeltapper.march.ensemble import Cells, KeptSteps, Marched, Variant, march_keeping_steps
+from wheeltapper.march.ensemble import Cells, KeptSteps, Marched, march_keeping_steps
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.program import TIME, FloatArray, IntArray, Program
@@ -59,7 +59,7 @@ def gradient_kernel(
     peaks: FloatArray, event_ends: IntArray, peak_ends: IntArray, highest: FloatArray, impulses: FloatArray,
     of_events: FloatArray, of_peaks: FloatArray, gentlest: FloatArray, amplification: FloatArray,
     of_highest: FloatArray, of_impulses: FloatArray, S: FloatArray, D: FloatArray, tallied: bool | None,
-    bent: bool | None, general: bool | None, links: Links | None,
+    links: Links | None,
 ) -> None:  # fmt: skip
     """Repeat the steps of all cells with tangents."""
     pieces, numbers, turns, bends, table = (
@@ -98,7 +98,7 @@ def gradient_kernel(
             own, bends, first[cell], table, numbers[cell], turns[cell], start, made, last[cell],
             events[event : event_ends[cell]], peaks[peak : peak_ends[cell]], of_events[event : event_ends[cell]],
             of_peaks[peak : peak_ends[cell]], of_end, tally[HIGHEST_TIME], of_highest[cell], of_impulses[event:],
-            no_times, no_samples, S, D, tallied, cell, bent, general, links,
+            no_times, no_samples, S, D, tallied, cell, links,
         )  # fmt: skip
         a, b = of_end[OF_HEIGHT, BY_HEIGHT], of_end[OF_HEIGHT, BY_VELOCITY]
         c, d = of_end[OF_VELOCITY, BY_HEIGHT], of_end[OF_VELOCITY, BY_VELOCITY]
@@ -118,16 +118,15 @@ def _room_for(cells: int, events: int, peaks: int, tally: bool) -> Tangents:
     )  # fmt: skip
 
 
-def _arguments(
-    cells: Cells, turns: CellTangents, kept: KeptSteps, tangents: Tangents, tally: bool, variant: Variant
-) -> tuple[Any, ...]:
+def _arguments(cells: Cells, turns: CellTangents, kept: KeptSteps, tangents: Tangents, tally: bool) -> tuple[Any, ...]:
     marched = kept.marched
     tables = (marched.status, marched.events, marched.peaks, marched.event_ends, marched.peak_ends)
     work = (scratch_of_cells(cells.numbers, cells.pieces), np.zeros((SCRATCH, LANES)), True if tally else None)
-    links: tuple[Any, ...] = (None, None, None)
-    if not (tally or variant.strict):
-        links = variant.bent, variant.general, links_of(kept.pool, _directions(turns))
-    return (*cells, *turns, *kept.steps, *tables, marched.highest, marched.impulses, *tangents, *work, *links)
+    links = None
+    if not tally:
+        lossy = bool(np.any(turns.numbers[:, contract.HYSTERESIS] != 0.0))
+        links = links_of(kept.pool, _directions(turns), lossy)
+    return (*cells, *turns, *kept.steps, *tables, marched.highest, marched.impulses, *tangents, *work, links)
 
 
 def _directions(turns: CellTangents) -> IntArray:
@@ -143,20 +142,17 @@ def _with_tally(marched: Marched) -> Marched:
     )  # fmt: skip
 
 
-def march_block(
-    cells: Cells, turns: CellTangents, tally: bool = False, variant: Variant | None = None
-) -> tuple[Marched, Tangents] | None:
+def march_block(cells: Cells, turns: CellTangents, tally: bool = False) -> tuple[Marched, Tangents] | None:
     """March some cells in this thread, with tangents; with `tally`, find impulses and highest positions too.
 
     Return None if there are several cells whose steps need too much memory.
     """
-    variant = variant or Variant.of_cells(cells)
-    kept = march_keeping_steps(cells, variant, MOST_STEPS, tally)
+    kept = march_keeping_steps(cells, MOST_STEPS, tally)
     if kept is None:
         return None
     marched = _with_tally(kept.marched)
     tangents = _room_for(len(cells.first), len(marched.events), len(marched.peaks), tally)
-    gradient_kernel(*_arguments(cells, turns, kept._replace(marched=marched), tangents, tally, variant))
+    gradient_kernel(*_arguments(cells, turns, kept._replace(marched=marched), tangents, tally))
     if tally:
         return marched, tangents
     return marched._replace(highest=None, impulses=None), tangents._replace(highest=None, impulses=None)
@@ -190,11 +186,10 @@ def march_all(
     tally: bool = False,
 ) -> None:
     """March all cells with tangents, block by block, and pass each block to `read`; the threads do both."""
-    variant = Variant.of_cells(cells)
 
     def march_and_read(block: slice) -> None:
         some = CellTangents(turns.numbers[block], turns.bends, turns.table)
-        found = march_block(cells.part(block), some, tally, variant)
+        found = march_block(cells.part(block), some, tally)
         if found is not None:
             read(block, *found)
             return

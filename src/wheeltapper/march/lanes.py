@@ -13,20 +13,39 @@ until no cell waits:  take the fullest queue; let its cells go on; each joins th
 A cell's motion does not depend on its company: every lane does the same arithmetic, whatever the others hold, and the
 kind of a cell's steps follows from its own numbers and its own piece of the path.
 
-`strict`, `bent` and `general` are None or True: their types tell the compiler which order of the series, and which
-kinds of steps beyond the plain ones, it may leave out.
+What all lanes do together is code that is written when it is first needed (steps/lanes.py); `made` says where it is.
 """
 
 from __future__ import annotations
 
 from wheeltapper.march import lane_rows as at
 from wheeltapper.march import pool as cells
-from wheeltapper.march import unrolled_lanes as steps
 from wheeltapper.march.apart import cross_breakpoint, cross_softly, force_at, go_apart, queue_of_flight, rail_at_time
 from wheeltapper.march.events import AT_BREAK, GRAZE
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import IMPACTS, OPENED, UNTIL_IMPACT, UNTIL_LOSS
 from wheeltapper.march.program import CONTACT, DONE, END, FLIGHT, IMPACT, LOSS, PHASE, TIME, A, B, FloatArray, IntArray
+from wheeltapper.march.steps.calling import call_eight
+from wheeltapper.march.steps.variants import (
+    AT_ROOT,
+    DECK_AT_END,
+    FLIGHT_ENDS,
+    FLIGHTS,
+    OF_DECK,
+    OVER_BENT,
+    OVER_WAVE,
+    SCAN,
+    SCAN_FLIGHT,
+    SEEK_EXTREME,
+    SEEK_LOSS,
+    SEEK_TIME,
+    SEEK_TURN,
+    SHARPEN,
+    SHARPEN_FLIGHT,
+    has_deck,
+    is_bent,
+    is_lossy,
+)
 
 CALM_END, BREAK_END, LOSS_END, UNKNOWN_END = 0.0, 1.0, 2.0, 3.0
 """How a step ends: in contact, at a breakpoint, in a loss, or not as lanes can tell."""
@@ -34,39 +53,6 @@ GONE = -2
 """Stands for the cell of a lane that goes on elsewhere."""
 CERTAIN = 1e-6
 """Part of the energy (scaled) that must be missing before a wheel is said to leave the rail nevermore."""
-
-
-@kernel
-def _step_lanes(kind: int, strict: bool | None, bent: bool | None, general: bool | None, L: FloatArray) -> None:
-    """Make one contact step in all lanes."""
-    if strict is None:
-        if kind == cells.FLAT:
-            steps.lanes_flat_12(L)
-        elif kind == cells.WAVE:
-            steps.lanes_wave_12(L)
-        if bent is not None and kind == cells.BENT:
-            steps.lanes_bent_12(L)
-        if general is not None:
-            if kind == cells.DECK_FLAT:
-                steps.lanes_deck_flat_12(L)
-            elif kind == cells.DECK_WAVE:
-                steps.lanes_deck_wave_12(L)
-            elif kind == cells.GENERAL:
-                steps.lanes_general_12(L)
-    else:
-        if kind == cells.FLAT:
-            steps.lanes_flat_20(L)
-        elif kind == cells.WAVE:
-            steps.lanes_wave_20(L)
-        if bent is not None and kind == cells.BENT:
-            steps.lanes_bent_20(L)
-        if general is not None:
-            if kind == cells.DECK_FLAT:
-                steps.lanes_deck_flat_20(L)
-            elif kind == cells.DECK_WAVE:
-                steps.lanes_deck_wave_20(L)
-            elif kind == cells.GENERAL:
-                steps.lanes_general_20(L)
 
 
 @inlined_kernel
@@ -78,70 +64,22 @@ def _is_everywhere(row: int, L: FloatArray) -> bool:
     return total == at.LANES
 
 
-@kernel
-def _find(strict: bool | None, L: FloatArray) -> None:
-    """Find the root in (0, 1) of each polynomial of a contact step that has just one there, and the motion at it."""
-    if strict is None:
-        steps.scan_12(L)
-        while not _is_everywhere(at.LANE_DONE, L):
-            steps.sharpen_12(L)
-        steps.contact_root_12(L)
-    else:
-        steps.scan_20(L)
-        while not _is_everywhere(at.LANE_DONE, L):
-            steps.sharpen_20(L)
-        steps.contact_root_20(L)
-
-
-@kernel
-def _find_22(L: FloatArray) -> None:
-    """Find the root in (0, 1) of each polynomial of degree 22 that has just one there."""
-    steps.scan_22(L)
+@inlined_kernel
+def _find(seek: int, made: FloatArray, L: FloatArray) -> None:
+    """Find the root in (0, 1) of a polynomial of each contact step that has just one there, and the motion at it."""
+    call_eight(made[seek], L)
+    call_eight(made[SCAN], L)
     while not _is_everywhere(at.LANE_DONE, L):
-        steps.sharpen_22(L)
-
-
-@kernel
-def _find_breakpoints(strict: bool | None, L: FloatArray) -> None:
-    """Find where the contact steps reach their breakpoints."""
-    if strict is None:
-        steps.seek_time_12(L)
-    else:
-        steps.seek_time_20(L)
-    _find(strict, L)
-
-
-@kernel
-def _find_losses(strict: bool | None, L: FloatArray) -> None:
-    """Find where the indentation of the contact steps ends."""
-    if strict is None:
-        steps.seek_u_12(L)
-    else:
-        steps.seek_u_20(L)
-    _find(strict, L)
-
-
-@kernel
-def _find_extremes(kind: int, strict: bool | None, L: FloatArray) -> None:
-    """Find the extremes of the force within the contact steps."""
-    varies = kind == cells.BENT or kind == cells.GENERAL
-    if strict is None:
-        if varies:
-            steps.seek_n_12(L)
-        else:
-            steps.seek_w_12(L)
-    elif varies:
-        steps.seek_n_20(L)
-    else:
-        steps.seek_w_20(L)
-    _find(strict, L)
+        call_eight(made[SHARPEN], L)
+    call_eight(made[AT_ROOT], L)
 
 
 @inlined_kernel
 def _force(cell: int, kind: int, time: float, u: float, w: float, pool: cells.Pool) -> float:
     """Return a cell's contact force."""
-    if kind <= cells.WAVE:
-        return u * u * u
+    if kind <= OVER_WAVE:
+        row = pool.rows[cell, cells.LOCAL :]
+        return u * u * (row[at.CELL_QUADRATIC] + row[at.CELL_CUBIC] * u)
     return force_at(cell, time, u, w, pool.pieces, pool.first, pool.rows)
 
 
@@ -168,7 +106,7 @@ def _commit(i: int, cell: int, time: float, kind: int, phase: float, length: flo
     L[at.LANE_TIME + i] = time
     L[at.LANE_U0 + i] = L[at.LANE_U_END + i]
     L[at.LANE_W0 + i] = L[at.LANE_W_END + i]
-    if kind > cells.BENT:
+    if has_deck(kind):
         L[at.LANE_DECK_Y + i] = L[at.LANE_DECK_Y_END + i]
         L[at.LANE_DECK_V + i] = L[at.LANE_DECK_V_END + i]
 
@@ -213,11 +151,11 @@ def _meets_breakpoints(held: IntArray, L: FloatArray) -> bool:
 
 
 @kernel
-def _pass_breakpoints(kind: int, strict: bool | None, general: bool | None, pool: cells.Pool) -> None:
+def _pass_breakpoints(kind: int, pool: cells.Pool) -> None:
     """Take the marked lanes to and over their breakpoints; a lane whose cell goes on elsewhere is GONE."""
     pool = cells.borrowed_pool(pool)
     L, rows, held = pool.L, pool.rows, pool.held
-    _end_at_breakpoints(kind, strict, general, L)
+    _end_at_breakpoints(kind, pool.made, L)
     for i in range(at.LANES):
         cell = held[i]
         if L[at.LANE_ENDS + i] != BREAK_END:
@@ -240,7 +178,7 @@ def _pass_breakpoints(kind: int, strict: bool | None, general: bool | None, pool
 @inlined_kernel
 def _next_queue(i: int, kind: int, L: FloatArray) -> int:
     """Return the queue for a cell whose step in contact may hold an event."""
-    if kind == cells.GENERAL and L[at.LANE_HOLDS + i] == 0.0:
+    if is_lossy(kind) and L[at.LANE_HOLDS + i] == 0.0:
         return cells.APART
     if not L[at.LANE_U_END + i] > 0.0:
         return cells.OPEN + kind
@@ -258,19 +196,19 @@ def _leave_lanes(kind: int, pool: cells.Pool) -> None:
 
 @inlined_kernel
 def _step_and_log(
-    kind: int, strict: bool | None, bent: bool | None, general: bool | None, pool: cells.Pool
+    kind: int, pool: cells.Pool
 ) -> None:  # fmt: skip
     """Make one contact step in all lanes, and log those that move a lane's start."""
     L = pool.L
     if len(pool.log) == 0:
-        _step_lanes(kind, strict, bent, general, L)
+        call_eight(pool.made[kind], L)
         return
     for k in range(3 * at.LANES):
         L[at.LANE_WAS + k] = L[at.LANE_TIME + k]
-    if kind > cells.BENT:
+    if has_deck(kind):
         for k in range(2 * at.LANES):
             L[at.LANE_DECK_WAS + k] = L[at.LANE_DECK_Y + k]
-    _step_lanes(kind, strict, bent, general, L)
+    call_eight(pool.made[kind], L)
     for i in range(at.LANES):
         if pool.held[i] >= 0 and L[at.LANE_GO + i] != 0.0:
             length = L[at.LANE_LENGTH + i]
@@ -278,9 +216,7 @@ def _step_and_log(
 
 
 @kernel
-def _step_until_event(
-    kind: int, drain: bool, strict: bool | None, bent: bool | None, general: bool | None, pool: cells.Pool
-) -> None:
+def _step_until_event(kind: int, drain: bool, pool: cells.Pool) -> None:
     """Let cells in contact step until a lane stays empty; with `drain`, until all are."""
     pool = cells.borrowed_pool(pool)
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
@@ -290,11 +226,11 @@ def _step_until_event(
         if not cells.may_log(pool):
             _leave_lanes(kind, pool)
             return
-        _step_and_log(kind, strict, bent, general, pool)
+        _step_and_log(kind, pool)
         if _is_everywhere(at.LANE_GO, L):
             continue
-        if kind > cells.WAVE and _meets_breakpoints(held, L):
-            _pass_breakpoints(kind, strict, general, pool)
+        if kind > OVER_WAVE and _meets_breakpoints(held, L):
+            _pass_breakpoints(kind, pool)
         before = busy
         for i in range(at.LANES):
             cell = held[i]
@@ -313,30 +249,27 @@ def _step_until_event(
 
 
 @kernel
-def _end_at_breakpoints(kind: int, strict: bool | None, general: bool | None, L: FloatArray) -> None:
+def _end_at_breakpoints(kind: int, made: FloatArray, L: FloatArray) -> None:
     """Shorten the steps that end at breakpoints; where a place is not found, the end is unknown."""
-    _find_breakpoints(strict, L)
+    _find(SEEK_TIME, made, L)
     for i in range(at.LANES):
         if L[at.LANE_ENDS + i] == BREAK_END:
             if L[at.LANE_CHANGES + i] == 1.0:
                 _shorten(i, L)
             else:
                 L[at.LANE_ENDS + i] = UNKNOWN_END
-    _find_deck_ends(kind, strict, general, L)
+    _find_deck_ends(kind, made, L)
 
 
 @kernel
-def _find_deck_ends(kind: int, strict: bool | None, general: bool | None, L: FloatArray) -> None:
+def _find_deck_ends(kind: int, made: FloatArray, L: FloatArray) -> None:
     """Evaluate the deck's motion at the ends of shortened steps."""
-    if general is not None and kind > cells.BENT:
-        if strict is None:
-            steps.deck_end_12(L)
-        else:
-            steps.deck_end_20(L)
+    if has_deck(kind):
+        call_eight(made[DECK_AT_END], L)
 
 
 @kernel
-def _choose_ends(filled: int, stage: int, kind: int, strict: bool | None, general: bool | None, L: FloatArray) -> None:
+def _choose_ends(filled: int, stage: int, kind: int, made: FloatArray, L: FloatArray) -> None:
     """Shorten the steps of TURN, OPEN and CROSS to their losses or breakpoints; write how each ends."""
     shorter = stage != cells.TURN
     for i in range(at.LANES):
@@ -349,9 +282,9 @@ def _choose_ends(filled: int, stage: int, kind: int, strict: bool | None, genera
     if not shorter:
         return
     if stage != cells.OPEN:
-        _end_at_breakpoints(kind, strict, general, L)
+        _end_at_breakpoints(kind, made, L)
         return
-    _find_losses(strict, L)
+    _find(SEEK_LOSS, made, L)
     for i in range(at.LANES):
         alone = L[at.LANE_CHANGES + i] == 1.0 and L[at.LANE_SIGN + i] > 0.0
         in_time = L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i] < L[at.LANE_UNTIL + i]
@@ -359,7 +292,7 @@ def _choose_ends(filled: int, stage: int, kind: int, strict: bool | None, genera
             _shorten(i, L)
         else:
             L[at.LANE_ENDS + i] = UNKNOWN_END
-    _find_deck_ends(kind, strict, general, L)
+    _find_deck_ends(kind, made, L)
 
 
 @inlined_kernel
@@ -376,7 +309,8 @@ def _stays_for_ever(i: int, cell: int, pool: cells.Pool) -> bool:
     if not awaited or L[at.LANE_UNTIL + i] != numbers[END]:
         return False
     K, level, q = L[at.LANE_K + i], L[at.LANE_LEVEL + i], L[at.LANE_U_ROOT + i] ** 2
-    missing = q * (1.0 + K * (level - 0.5 * q)) - 0.4 * q * q * L[at.LANE_U_ROOT + i]
+    stored = q * q * (0.4 * L[at.LANE_CUBIC + i] * L[at.LANE_U_ROOT + i] + 0.5 * L[at.LANE_QUADRATIC + i])
+    missing = q * (1.0 + K * (level - 0.5 * q)) - stored
     return missing > CERTAIN
 
 
@@ -387,7 +321,7 @@ def _act(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
     ends, turns = L[at.LANE_ENDS + i], L[at.LANE_CHANGES + i]
     falls = L[at.LANE_SIGN + i] > 0.0
     leaves = turns == 1.0 and not falls and not L[at.LANE_U_ROOT + i] > 0.0
-    lets_go = kind == cells.GENERAL and L[at.LANE_HOLDS + i] == 0.0
+    lets_go = is_lossy(kind) and L[at.LANE_HOLDS + i] == 0.0
     sinks = ends != LOSS_END and not L[at.LANE_U_END + i] > 0.0
     if ends == UNKNOWN_END or turns > 1.0 or leaves or lets_go or sinks:
         cells.push(cell, cells.APART, queue)
@@ -396,7 +330,7 @@ def _act(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
         time = L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i]
         force = _force(cell, kind, time, L[at.LANE_U_ROOT + i], L[at.LANE_W_ROOT + i], pool)
         cells.track_force(cell, time, force, 0.0, pool)
-        if not falls and kind == cells.FLAT and _stays_for_ever(i, cell, pool):
+        if not falls and kind == 0 and _stays_for_ever(i, cell, pool):
             cells.finish_cell(cell, DONE, pool.numbers[cell, END], rows)
             return
     if ends == BREAK_END:
@@ -423,10 +357,11 @@ def _lose_contact(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
     rate = L[at.LANE_W_END + i]
     time = L[at.LANE_TIME + i] + L[at.LANE_T_END + i]
     _commit(i, cell, time, kind, CONTACT, L[at.LANE_LENGTH + i], pool)
-    if kind <= cells.WAVE:
-        L[at.LANE_U0 + i], L[at.LANE_W0 + i] = L[at.LANE_Y + i], L[at.LANE_V + i]
+    if kind == 0:
+        L[at.LANE_U0 + i], L[at.LANE_W0 + i] = L[at.LANE_LEVEL + i], -rate
     else:
-        height, velocity = rail_at_time(cell, time, L[at.LANE_DECK_Y + i], L[at.LANE_DECK_V + i], pool)
+        deck_y, deck_v = (L[at.LANE_DECK_Y + i], L[at.LANE_DECK_V + i]) if has_deck(kind) else (0.0, 0.0)
+        height, velocity = rail_at_time(cell, time, deck_y, deck_v, pool)
         L[at.LANE_U0 + i], L[at.LANE_W0 + i] = height, velocity - rate
     cells.keep_lane(i, cell, kind, rows, L)
     rows[cell, PHASE] = FLIGHT
@@ -437,48 +372,42 @@ def _lose_contact(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
 
 
 @kernel
-def _step_with_event(
-    stage: int, kind: int, strict: bool | None, bent: bool | None, general: bool | None, pool: cells.Pool
-) -> None:
+def _step_with_event(stage: int, kind: int, pool: cells.Pool) -> None:
     """Make one contact step that may hold an extreme of the force, and may end at a breakpoint or in a loss."""
     pool = cells.borrowed_pool(pool)
     L, held = pool.L, pool.held
     filled = cells.fill_all(stage + kind, kind, pool)
-    _step_lanes(kind, strict, bent, general, L)
-    _choose_ends(filled, stage, kind, strict, general, L)
+    call_eight(pool.made[kind], L)
+    _choose_ends(filled, stage, kind, pool.made, L)
     if stage == cells.TURN or not _is_everywhere(at.LANE_CALM, L):
-        _find_extremes(kind, strict, L)
+        varies = is_bent(kind) or is_lossy(kind)
+        _find(SEEK_EXTREME if varies else SEEK_TURN, pool.made, L)
     else:
         for i in range(at.LANES):
             L[at.LANE_CHANGES + i] = 0.0
-    if stage == cells.OPEN and kind <= cells.WAVE:
-        steps.leave(L)
     for i in range(filled):
         _act(i, held[i], kind, pool)
 
 
 @kernel
-def _step_in_flight(which: int, bent: bool | None, pool: cells.Pool) -> None:
+def _step_in_flight(which: int, pool: cells.Pool) -> None:
     """Make one step in flight, up to the impact or the breakpoint in it."""
     pool = cells.borrowed_pool(pool)
     L, rows, held = pool.L, pool.rows, pool.held
-    kind = cells.FLAT if which == cells.FLY else cells.GENERAL
+    over = which - cells.FLY
+    kind = over * OF_DECK + OVER_BENT
     filled = cells.fill_all(which, kind, pool)
     for i in range(at.LANES):
         L[at.LANE_FRESH + i] = 1.0 if i >= filled else rows[held[i], cells.COUNTS + OPENED]
-    if kind == cells.FLAT:
-        steps.flight_22(L)
-    elif bent is not None:
-        steps.flight_general_22(L)
-    _find_22(L)
+    call_eight(pool.made[FLIGHTS + over], L)
+    call_eight(pool.made[SCAN_FLIGHT], L)
+    while not _is_everywhere(at.LANE_DONE, L):
+        call_eight(pool.made[SHARPEN_FLIGHT], L)
     for i in range(at.LANES):
         L[at.LANE_T_ROOT + i] = L[at.LANE_LENGTH + i]
         if L[at.LANE_CHANGES + i] == 1.0:
             L[at.LANE_T_ROOT + i] *= L[at.LANE_X + i]
-    if kind == cells.FLAT:
-        steps.flight_end_22(L)
-    elif bent is not None:
-        steps.flight_general_end_22(L)
+    call_eight(pool.made[FLIGHT_ENDS + over], L)
     for i in range(filled):
         _fly_on(i, held[i], kind, pool)
 
@@ -516,7 +445,7 @@ def _fly_on(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
 
 
 @kernel
-def lanes_kernel(strict: bool | None, bent: bool | None, general: bool | None, pool: cells.Pool) -> bool:
+def lanes_kernel(pool: cells.Pool) -> bool:
     """March all cells to their ends; return False when a table needs more room."""
     pool = cells.borrowed_pool(pool)
     queue, used = pool.queue, pool.used
@@ -537,9 +466,9 @@ def lanes_kernel(strict: bool | None, bent: bool | None, general: bool | None, p
             return True
         drain = queue[cells.WAITING, fullest] < at.LANES
         if fullest >= cells.FLY:
-            _step_in_flight(fullest, bent, pool)
+            _step_in_flight(fullest, pool)
         elif fullest >= cells.TURN:
             kind = fullest % cells.KINDS
-            _step_with_event(fullest - kind, kind, strict, bent, general, pool)
+            _step_with_event(fullest - kind, kind, pool)
         else:
-            _step_until_event(fullest, drain, strict, bent, general, pool)
+            _step_until_event(fullest, drain, pool)

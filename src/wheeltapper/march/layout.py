@@ -37,15 +37,15 @@ HORNER, HORNER_FACTOR, HORNER_RESIDUAL, HORNER_BEARS, HORNER_LAW, HERE = int64_p
 # The present piece: polynomial in (t - t0), harmonic, factor, residual indentation, what the surface bears; then of the
 # plastic law that holds: number of terms (0: it is elastic), centre, scale, and the terms. Then of a damper's end its
 # coefficients (held_end.py). Between which values u and the wheel's displacement stay while nothing happens, and which
-# sign the bush's deflection, or the wheel's velocity, has then (0: either). Where the code of steps is
-# (steps/written.py). Then the present state.
+# sign the bush's deflection, or the wheel's velocity, has then (0: either). The deck's motion and the bush's deflection
+# at the end of a contact step that nothing cuts. Where the code of steps is (steps/written.py). Then the present state.
 (
     HERE_POLY, HERE_AMP_SIN, HERE_AMP_COS, HERE_PHASE0, HERE_OMEGA, HERE_DEGREE, HERE_FACTOR_DEGREE, HERE_FACTOR,
     HERE_RESIDUAL_DEGREE, HERE_RESIDUAL, HERE_BEARS_DEGREE, HERE_BEARS, HERE_LAW_TERMS, HERE_LAW_CENTRE, HERE_LAW_SCALE,
-    HERE_LAW, END_G, END_B, END_BETA, U_FLOOR, U_CEILING, PLACE_FLOOR, PLACE_CEILING, HEADING, FUNCTIONS,
-    STATE,
+    HERE_LAW, END_G, END_B, END_BETA, U_FLOOR, U_CEILING, PLACE_FLOOR, PLACE_CEILING, HEADING, NEXT_Y,
+    NEXT_Z, NEXT_BUSH, FUNCTIONS, STATE,
 ) = int64_positions(
-    accumulate((HERE, *(TERMS, 1, 1, 1, 1, 1, 1), *(TERMS, 1) * 3, 1, 1, TERMS, *(1,) * 8, 32))
+    accumulate((HERE, *(TERMS, 1, 1, 1, 1, 1, 1), *(TERMS, 1) * 3, 1, 1, TERMS, *(1,) * 11, 32))
 )  # fmt: skip
 MARK = STATE + 16  # how the force has gone since its last maximum (events.py)
 COUNT = MARK + 8

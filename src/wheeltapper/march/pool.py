@@ -13,25 +13,24 @@ from wheeltapper.march.events import follow_force, log_event
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE, int64_positions
 from wheeltapper.march.program import DECK_V, DECK_Y, PIECE, TIME, A, B, FloatArray, IntArray
-from wheeltapper.march.steps.written import scratch_of_cells
+from wheeltapper.march.steps.variants import OF_YIELDING, OVER_WAVE, has_deck, is_bent, is_lossy
+from wheeltapper.march.steps.written import functions_of_cells, scratch_of_cells
 
 STEP_ROWS = 64
 ROOM = 16
 """Number of rows for events and peaks that must be free before cells continue."""
 
-# Kinds of contact steps, each with its own lane kernel: Hertz's law on a stiff rail over level rail or one harmonic; on
-# a stiff rail over any piece, under any elastic law; the first two on a deck; and everything together, hysteresis too.
-FLAT, WAVE, BENT, DECK_FLAT, DECK_WAVE, GENERAL, KINDS = int64_positions(range(7))
-# The queues in which cells wait: the first stages have one for each kind, flight has one for plain kinds and one for
-# all others. They are NumPy integers, because Numba compiles a kernel anew for every plain constant.
+# The kinds of contact steps are those of elastic contacts (steps/variants.py).
+(KINDS,) = int64_positions([OF_YIELDING])
+# The queues in which cells wait: the first stages have one for each kind, flight has one beside a deck and one
+# over it. They are NumPy integers, because Numba compiles a kernel anew for every plain constant.
 COAST, TURN, OPEN, CROSS, FLY = int64_positions(range(0, 5 * int(KINDS), int(KINDS)))
 (APART,) = int64_positions([FLY + 2])
 QUEUES = int(APART) + 1
 EMPTY = -1
 """Stands for the cell of an empty lane."""
-WAITING, FIRST_QUEUE = 0, 1
-"""Rows of the table of queues: how many wait in each, and the first queue. The counts lie beside each other because
-they are all read before each step."""
+WAITING, NEWEST, BEFORE = range(3)
+"""Rows of the table of queues: how many wait in each, which cell came last, and of each cell which came before it."""
 USED_EVENTS, USED_PEAKS, VISITS, USED_STEPS, TO_THE_END = range(5)
 """Rows of events and of peaks in use, visits of cells to APART, rows of the log of steps in use; and 1 where cells
 march to their ends even if what they wait for can never come."""
@@ -59,7 +58,7 @@ class Pool(NamedTuple):
     many: IntArray  # (cells,)
     numbers: FloatArray  # (cells, NUMBERS)
     rows: FloatArray  # (cells, COLUMNS)
-    queue: IntArray  # (1 + QUEUES, cells at least): how many wait in each, then who
+    queue: IntArray  # (3, cells or QUEUES): who waits
     events: FloatArray  # (rows, EVENT_COLUMNS + 1), in the order in which they were found
     peaks: FloatArray  # (rows, PEAK_COLUMNS + 1)
     log: FloatArray  # (rows, STEP_COLUMNS + 1): all steps, in the order in which they were made; no rows: not kept
@@ -68,6 +67,7 @@ class Pool(NamedTuple):
     S: FloatArray  # (SCRATCH,)
     L: FloatArray  # (ENTRIES,)
     held: IntArray  # (LANES,): the cell in each lane, or EMPTY
+    made: FloatArray  # (IN_LANES,): where the code of the lanes' functions is (steps/written.py)
 
     def larger(self) -> Pool:
         """Return the pool, the tables twice as long that are nearly full."""
@@ -94,11 +94,11 @@ def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatA
     room = 8 * cells + 4 * ROOM
     return Pool(
         pieces, first, many, numbers, np.zeros((cells, COLUMNS)),
-        np.zeros((1 + QUEUES, max(cells, QUEUES)), dtype=np.int64),
+        np.zeros((BEFORE + 1, max(cells, QUEUES)), dtype=np.int64),
         np.empty((room, EVENT_CELL + 1)), np.empty((room, PEAK_CELL + 1)),
         np.empty((steps, STEP_CELL + 1)), np.zeros(TO_THE_END + 1, dtype=np.int64),
         np.empty((STEP_ROWS, contract.STEP_COLUMNS)), scratch_of_cells(numbers, pieces), np.zeros(at.LANE_ENTRIES),
-        np.full(at.LANES, EMPTY, dtype=np.int64),
+        np.full(at.LANES, EMPTY, dtype=np.int64), functions_of_cells(numbers, pieces),
     )  # fmt: skip
 
 
@@ -108,14 +108,15 @@ def borrowed_pool(pool: Pool) -> Pool:
     return Pool(
         borrowed(pool.pieces), borrowed(pool.first), borrowed(pool.many), borrowed(pool.numbers), borrowed(pool.rows),
         borrowed(pool.queue), borrowed(pool.events), borrowed(pool.peaks), borrowed(pool.log), borrowed(pool.used),
-        borrowed(pool.steps), borrowed(pool.S), borrowed(pool.L), borrowed(pool.held),
+        borrowed(pool.steps), borrowed(pool.S), borrowed(pool.L), borrowed(pool.held), borrowed(pool.made),
     )  # fmt: skip
 
 
 @inlined_kernel
 def push(cell: int, which: int, queue: IntArray) -> None:
     """Let a cell wait in a queue."""
-    queue[FIRST_QUEUE + which, queue[WAITING, which]] = cell
+    queue[BEFORE, cell] = queue[NEWEST, which]
+    queue[NEWEST, which] = cell
     queue[WAITING, which] += 1
 
 
@@ -125,7 +126,9 @@ def pop(which: int, queue: IntArray) -> int:
     if queue[WAITING, which] == 0:
         return EMPTY
     queue[WAITING, which] -= 1
-    return int(queue[FIRST_QUEUE + which, queue[WAITING, which]])
+    cell = int(queue[NEWEST, which])
+    queue[NEWEST, which] = queue[BEFORE, cell]
+    return cell
 
 
 @inlined_kernel
@@ -142,6 +145,7 @@ def _fill_plain(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
         L[at.LANES * k + i] = 0.0
     L[at.LANE_U0 + i] = 1.0
     L[at.LANE_LOAD + i] = 1.0
+    L[at.LANE_CUBIC + i] = 1.0
     L[at.LANE_UNTIL + i] = np.inf
     L[at.LANE_GOAL + i] = -20.0
 
@@ -150,30 +154,53 @@ def _fill_plain(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
 def _fill_numbers(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
     """Put what only other kinds have in a lane: their numbers and the deck's motion."""
     for k in range(at.CELL_NUMBERS - at.PLAIN_NUMBERS):
-        L[at.LANE_CUBIC + at.LANES * k + i] = rows[cell, LOCAL + at.PLAIN_NUMBERS + k] if cell >= 0 else 0.0
+        L[at.LANE_ETA + at.LANES * k + i] = rows[cell, LOCAL + at.PLAIN_NUMBERS + k] if cell >= 0 else 0.0
     L[at.LANE_DECK_Y + i] = rows[cell, DECK_Y] if cell >= 0 else 0.0
     L[at.LANE_DECK_V + i] = rows[cell, DECK_V] if cell >= 0 else 0.0
-    if cell < 0:
-        L[at.LANE_CUBIC + i] = 1.0
 
 
 @kernel
-def fill_piece(
+def fill_path(
     i: int, cell: int, pieces: FloatArray, first: IntArray, numbers: FloatArray, rows: FloatArray, L: FloatArray
 ) -> None:
-    """Put the polynomials of the present piece of a cell's path in a lane."""
-    degree, factor_degree = -1.0, -1.0
-    row, lift = 0, 0.0
+    """Put the polynomial of the present piece of a cell's path in a lane."""
+    degree, row, lift = -1.0, 0, 0.0
     if cell >= 0:
         row, lift = first[cell] + int(rows[cell, PIECE]), numbers[cell, contract.LIFT]
-        degree, factor_degree = pieces[row, contract.DEGREE], pieces[row, contract.FACTOR_DEGREE]
+        degree = pieces[row, contract.DEGREE]
     for k in range(contract.TERMS):
         L[at.LANE_PATH + at.LANES * k + i] = lift * pieces[row, contract.COEFFICIENT + k] if k <= degree else 0.0
-        L[at.LANE_FACTOR + at.LANES * k + i] = pieces[row, contract.FACTOR + k] if k <= factor_degree else 0.0
-    if factor_degree < 0.0:
+
+
+@kernel
+def fill_factor(
+    i: int, cell: int, kind: int, pieces: FloatArray, first: IntArray, rows: FloatArray, L: FloatArray
+) -> None:  # fmt: skip
+    """Put the factor on the contact's force over the present piece of a cell's path in a lane."""
+    degree, row = -1.0, 0
+    if cell >= 0:
+        row = first[cell] + int(rows[cell, PIECE])
+        degree = pieces[row, contract.FACTOR_DEGREE]
+    for k in range(contract.TERMS):
+        L[at.LANE_FACTOR + at.LANES * k + i] = pieces[row, contract.FACTOR + k] if k <= degree else 0.0
+    if degree < 0.0:
         L[at.LANE_FACTOR + i] = 1.0
-    changes = cell >= 0 and (factor_degree > 0.0 or numbers[cell, contract.HYSTERESIS] != 0.0)
-    L[at.LANE_STEADY + i] = 0.0 if changes else 1.0
+    L[at.LANE_STEADY + i] = 0.0 if cell >= 0 and (degree > 0.0 or is_lossy(kind)) else 1.0
+
+
+@inlined_kernel
+def fill_flight(
+    i: int, cell: int, over: int, pieces: FloatArray, first: IntArray, numbers: FloatArray, rows: FloatArray,
+    L: FloatArray,
+) -> None:  # fmt: skip
+    """Put a cell in flight in a lane; `over`: over a deck."""
+    _fill_plain(i, cell, rows, L)
+    if over == 0:
+        L[at.LANE_PACE + i] = rows[cell, LOCAL + at.CELL_PACE] if cell >= 0 else 0.0
+        L[at.LANE_ORIGIN + i] = rows[cell, LOCAL + at.CELL_ORIGIN] if cell >= 0 else 0.0
+    else:
+        _fill_numbers(i, cell, rows, L)
+    fill_path(i, cell, pieces, first, numbers, rows, L)
 
 
 @inlined_kernel
@@ -181,12 +208,15 @@ def fill_lane(
     i: int, cell: int, kind: int, pieces: FloatArray, first: IntArray, numbers: FloatArray, rows: FloatArray,
     L: FloatArray,
 ) -> None:  # fmt: skip
-    """Put a cell in a lane, with what this kind of steps needs; an EMPTY lane rests in equilibrium."""
+    """Put a cell in contact in a lane, with what this kind of steps needs; an EMPTY lane rests in equilibrium."""
     _fill_plain(i, cell, rows, L)
-    if kind > WAVE:
+    if kind > OVER_WAVE:
         _fill_numbers(i, cell, rows, L)
-        if kind == BENT or kind == GENERAL:
-            fill_piece(i, cell, pieces, first, numbers, rows, L)
+        if is_bent(kind):
+            fill_path(i, cell, pieces, first, numbers, rows, L)
+            fill_factor(i, cell, kind, pieces, first, rows, L)
+        elif is_lossy(kind):
+            L[at.LANE_STEADY + i] = 0.0
 
 
 @inlined_kernel
@@ -197,7 +227,10 @@ def fill_all(which: int, kind: int, pool: Pool) -> int:
     filled = 0
     for i in range(at.LANES):
         held[i] = pop(which, queue)
-        fill_lane(i, held[i], kind, pieces, first, numbers, rows, L)
+        if which >= FLY:
+            fill_flight(i, held[i], which - FLY, pieces, first, numbers, rows, L)
+        else:
+            fill_lane(i, held[i], kind, pieces, first, numbers, rows, L)
         if held[i] >= 0:
             filled += 1
     return filled
@@ -209,7 +242,7 @@ def keep_lane(i: int, cell: int, kind: int, rows: FloatArray, L: FloatArray) -> 
     rows[cell, TIME] = L[at.LANE_TIME + i]
     rows[cell, A] = L[at.LANE_U0 + i]
     rows[cell, B] = L[at.LANE_W0 + i]
-    if kind > BENT:
+    if has_deck(kind):
         rows[cell, DECK_Y] = L[at.LANE_DECK_Y + i]
         rows[cell, DECK_V] = L[at.LANE_DECK_V + i]
 
@@ -232,8 +265,8 @@ def log_lane(
     row[TIME] = L[start + i]
     row[A] = L[start + at.LANES + i]
     row[B] = L[start + 2 * at.LANES + i]
-    row[DECK_Y] = L[deck + i] if kind > BENT else 0.0
-    row[DECK_V] = L[deck + at.LANES + i] if kind > BENT else 0.0
+    row[DECK_Y] = L[deck + i] if has_deck(kind) else 0.0
+    row[DECK_V] = L[deck + at.LANES + i] if has_deck(kind) else 0.0
     row[PIECE] = cell_row[PIECE]
     row[contract.SHIFT] = cell_row[contract.SHIFT]
     row[contract.ON_DECK] = cell_row[contract.ON_DECK]

@@ -51,8 +51,8 @@ from wheeltapper.march.yielding import change_law, choose_law, yielding_reach
 
 
 @kernel
-def finish_contact_step(numbers: FloatArray, until: float, length: float, after: float, u: float, w: float, what: int, turns: bool, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
-    """Log the contact step whose series are in S, and go to its end; `turns`: the force may have extremes in it."""
+def finish_contact_step(numbers: FloatArray, until: float, length: float, after: float, u: float, w: float, what: int, whole: bool, turns: bool, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
+    """Log the contact step whose series are in S, and go to its end; `turns`: the force may have extremes in it; `whole`: nothing cuts it."""
     order = int(numbers[contract.ORDER])
     time = S[STATE + TIME]
     if turns:
@@ -62,8 +62,11 @@ def finish_contact_step(numbers: FloatArray, until: float, length: float, after:
     y = 0.0
     z = 0.0
     if numbers[contract.DECK_MASS] > 0.0:
-        y = evaluate(S, Y, order, length)
-        z = evaluate(S, Z, order, length)
+        y, z = (
+            (S[layout.NEXT_Y], S[layout.NEXT_Z])
+            if whole
+            else (evaluate(S, Y, order, length), evaluate(S, Z, order, length))
+        )
     S[STATE + TIME] = until if what == step.BREAK else time + after
     S[STATE + DECK_Y] = y
     S[STATE + DECK_V] = z
@@ -99,19 +102,21 @@ def _contact_step(
         choose_law(numbers, law, events, S)
     event.follow_on(event.force(numbers, 0.0, S[STATE + A], S[STATE + B], S), peaks, S)
     if damper is not None and stops is not None:
-        length, turns, bounded = held_contact_reach(pieces, numbers, damper, until, steps, stops, S)
+        reach, length, t, u, w, turns, bounded = held_contact_reach(pieces, numbers, damper, until, steps, stops, S)
     elif law is not None:
-        length, turns, ends, follows = yielding_reach(pieces, numbers, law, until, steps, S)
-    if law is not None or damper is not None:
-        t, u, w = evaluate(S, T, order, length), evaluate(S, U, order, length), evaluate(S, W, order, length)
+        reach, length, t, u, w, turns, ends, follows = yielding_reach(pieces, numbers, law, until, steps, S)
     else:
         length, t, u, w, turns = step.contact_advance(pieces, numbers, None, until, steps.shape[0] - 1, steps, S)
+        reach = length
+    if length < reach:
+        t, u, w = evaluate(S, T, order, length), evaluate(S, U, order, length), evaluate(S, W, order, length)
     if law is not None and numbers[contract.MEMORY] != 0.0 and S[layout.HERE_LAW_TERMS] != 0.0:
         turns = False  # such a step ends where the rate is zero
     length, what, after, u, w = step.contact_end(numbers, order, until - S[STATE + TIME], length, t, u, w, turns, S)
-    finish_contact_step(numbers, until, length, after, u, w, what, turns, steps, events, peaks, S)
+    whole = length == reach
+    finish_contact_step(numbers, until, length, after, u, w, what, whole, turns, steps, events, peaks, S)
     if damper is not None:
-        carry_end(damper, order, length, S)
+        carry_end(damper, order, length, whole, S)
         if what == step.NOTHING and bounded and numbers[contract.HYSTERESIS] != 0.0:
             S[MARK + event.AT_BREAK] = 1.0  # the force's own rate may jump with the damper's force
     if law is not None and what == step.NOTHING and ends != step.NOTHING:
@@ -167,7 +172,7 @@ def _flight_step(
         event.follow_to_break(until, evaluate(S, N, FLIGHT_ORDER, length) if bonded else 0.0, peaks, S)
     event.log_step(length, steps, S)
     if damper is not None:
-        carry_end(damper, FLIGHT_ORDER, length, S)
+        carry_end(damper, FLIGHT_ORDER, length, False, S)
     y = evaluate(S, U, FLIGHT_ORDER, length)
     v = evaluate(S, W, FLIGHT_ORDER, length)
     if numbers[contract.DECK_MASS] > 0.0:

@@ -13,8 +13,8 @@ from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import STATE, N, T, U, W
 from wheeltapper.march.program import LENGTH, ON_DECK, PIECE, FloatArray
 from wheeltapper.march.roots import NOISE, NONE, evaluate, evaluate_derivative, first_root
-from wheeltapper.march.steps.calling import call_step
-from wheeltapper.march.steps.written import free_variant_of, variant_of
+from wheeltapper.march.steps.calling import call_one
+from wheeltapper.march.steps.variants import free_variant_of, variant_of
 
 # What ends a step.
 NOTHING, BREAK, OPENS, RELEASES, LANDS, GRIPS = 0, 1, 2, 3, 4, 5
@@ -66,7 +66,7 @@ def contact_advance(
     number = variant_of(numbers, pieces[int(S[STATE + PIECE])], yields, damper is not None)
     if S[layout.FUNCTIONS + number] == 0.0:
         return np.nan, np.nan, np.nan, np.nan, True  # nobody has written it
-    return call_step(S[layout.FUNCTIONS + number], numbers, pieces, until, limit, steps, S)
+    return call_one(S[layout.FUNCTIONS + number], numbers, pieces, until, limit, steps, S)
 
 
 @kernel
@@ -79,7 +79,7 @@ def free_series(pieces: FloatArray, numbers: FloatArray, damper: FloatArray | No
     if S[layout.FUNCTIONS + number] == 0.0:
         S[U] = np.nan  # nobody has written it
         return
-    call_step(S[layout.FUNCTIONS + number], numbers, pieces, np.inf, 0, pieces, S)
+    call_one(S[layout.FUNCTIONS + number], numbers, pieces, np.inf, 0, pieces, S)
 
 
 @kernel

@@ -111,7 +111,7 @@ def repeat_kernel(
     start: FloatArray, steps: FloatArray, last: FloatArray, events: FloatArray, peaks: FloatArray,
     of_events: FloatArray, of_peaks: FloatArray, of_end: FloatArray, highest_time: float, of_highest: FloatArray,
     of_impulses: FloatArray, times: FloatArray, samples: FloatArray, S: FloatArray, D: FloatArray,
-    tallied: bool | None, cell: int, bent: bool | None, general: bool | None, links: Links | None,
+    tallied: bool | None, cell: int, links: Links | None,
 ) -> float:  # fmt: skip
     """Do what `tangent_kernel` says; contact steps of `cell` may go from link to link (tangent_lanes.py)."""
     carried = np.zeros((CARRIED, LANES))
@@ -150,7 +150,7 @@ def repeat_kernel(
         linked = False
         if links is not None:
             if i % LINK_ROWS == 0:
-                link_steps(cell, i, steps, turns, bends, table, carried, bent, general, links)
+                link_steps(cell, i, steps, turns, bends, table, carried, links)
             linked = links.known[i % LINK_ROWS] != 0
             if (
                 begun
@@ -325,7 +325,7 @@ def tangent_kernel(
     """
     return repeat_kernel(
         pieces, bends, base, table, numbers, turns, start, steps, last, events, peaks, of_events, of_peaks, of_end,
-        highest_time, of_highest, of_impulses, times, samples, S, D, tallied, 0, None, None, None,
+        highest_time, of_highest, of_impulses, times, samples, S, D, tallied, 0, None,
     )  # fmt: skip
 
 

@@ -17,11 +17,13 @@ import numpy as np
 from wheeltapper.march import lane_rows as at
 from wheeltapper.march import pool as cells
 from wheeltapper.march import program as contract
-from wheeltapper.march import unrolled_lane_tangents as made
 from wheeltapper.march.apart import enter_numbers, enter_path
 from wheeltapper.march.borrowed import borrowed
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.program import CONTACT, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, FloatArray, IntArray
+from wheeltapper.march.steps.calling import call_eight
+from wheeltapper.march.steps.variants import ALONGS, BASES, OF_LOSSY, TURN_PATH, has_deck, is_bent, is_flat, is_lossy
+from wheeltapper.march.steps.written import tangents_of_cells
 from wheeltapper.march.tangent_path import DA, DB, DSHIFT, DT, DY, DZ, LANES
 
 LINK_ROWS = 256
@@ -45,8 +47,10 @@ class Links(NamedTuple):
     shift: FloatArray  # (LANES,): the same at the present step
 
 
-def links_of(pool: cells.Pool, directions: IntArray) -> Links:
-    """Return room for links of the cells of a pool."""
+def links_of(pool: cells.Pool, directions: IntArray, lossy: bool) -> Links:
+    """Return room for links of the cells of a pool; `lossy`: they are differentiated by their hysteresis, too."""
+    made = tangents_of_cells(pool.numbers, pool.pieces, lossy)
+    pool = pool._replace(made=made)
     return Links(
         pool, directions, np.zeros((LINK_ROWS, LINKS, STARTS)), np.zeros((LINK_ROWS, STARTS)),
         np.zeros(LINK_ROWS, dtype=np.int64), np.zeros(at.TANGENT_ENTRIES), np.zeros(at.LANES, dtype=np.int64),
@@ -63,42 +67,6 @@ def borrowed_links(links: Links) -> Links:
     )  # fmt: skip
 
 
-@kernel
-def _make_bases(kind: int, bent: bool | None, general: bool | None, L: FloatArray) -> None:
-    """Make the series of the steps in all lanes."""
-    if kind == cells.FLAT:
-        made.base_flat_12(L)
-    elif kind == cells.WAVE:
-        made.base_wave_12(L)
-    if bent is not None and kind == cells.BENT:
-        made.base_bent_12(L)
-    if general is not None:
-        if kind == cells.DECK_FLAT:
-            made.base_deck_flat_12(L)
-        elif kind == cells.DECK_WAVE:
-            made.base_deck_wave_12(L)
-        elif kind == cells.GENERAL:
-            made.base_general_12(L)
-
-
-@kernel
-def _go_along(kind: int, bent: bool | None, general: bool | None, L: FloatArray) -> None:
-    """Find how the ends of the steps in all lanes change in one direction."""
-    if kind == cells.FLAT:
-        made.along_flat_12(L)
-    elif kind == cells.WAVE:
-        made.along_wave_12(L)
-    if bent is not None and kind == cells.BENT:
-        made.along_bent_12(L)
-    if general is not None:
-        if kind == cells.DECK_FLAT:
-            made.along_deck_flat_12(L)
-        elif kind == cells.DECK_WAVE:
-            made.along_deck_wave_12(L)
-        elif kind == cells.GENERAL:
-            made.along_general_12(L)
-
-
 @inlined_kernel
 def _fill_change(
     i: int, lane: int, kind: int, base: int, step: FloatArray, numbers: FloatArray, turns: FloatArray,
@@ -109,33 +77,28 @@ def _fill_change(
     bent = table[lane] >= 0
     bend = bends[max(table[lane], 0), base + int(step[PIECE]) if bent else 0]
     pace, lift, wavenumber = numbers[contract.PACE], numbers[contract.LIFT], piece[contract.WAVENUMBER]
-    K, G = L[at.LANE_K + i], L[at.LANE_G + i]
     d_pace, d_lift = turns[contract.PACE, lane], turns[contract.LIFT, lane]
-    d_stiffness, d_damping = turns[contract.STIFFNESS, lane], turns[contract.DAMPING, lane]
     d_away = d_pace * step[TIME] - links.shifts[i, lane]
     d_level = piece[contract.COEFFICIENT] * d_lift
     if bent:
         d_away -= bend[contract.CENTRE]
         d_level += bend[contract.COEFFICIENT] * lift
-    L[at.LANE_OF_K + i] = d_stiffness
-    L[at.LANE_OF_G + i] = d_damping
-    L[at.LANE_OF_LOAD + i] = d_stiffness * L[at.LANE_LEVEL + i] + K * d_level
+    L[at.LANE_OF_K + i] = turns[contract.STIFFNESS, lane]
+    L[at.LANE_OF_G + i] = turns[contract.DAMPING, lane]
+    L[at.LANE_OF_LOAD + i] = turns[contract.STIFFNESS, lane] * L[at.LANE_LEVEL + i] + L[at.LANE_K + i] * d_level
     if wavenumber != 0.0:
-        omega, a, b = L[at.LANE_OMEGA + i], L[at.LANE_AMP_SIN + i], L[at.LANE_AMP_COS + i]
         d_wavenumber, d_a, d_b = 0.0, piece[contract.SINE] * d_lift, piece[contract.COSINE] * d_lift
         if bent:
             d_wavenumber = bend[contract.WAVENUMBER]
             d_a += bend[contract.SINE] * lift
             d_b += bend[contract.COSINE] * lift
         d_omega = d_wavenumber * pace + wavenumber * d_pace
-        stiff, d_stiff = K - omega * omega, d_stiffness - 2.0 * omega * d_omega
-        d_drag = d_damping * omega + G * d_omega
         away = pace * step[TIME] - step[SHIFT] - piece[contract.CENTRE]
-        L[at.LANE_OF_GAIN_SIN + i] = d_stiff * a + stiff * d_a - d_drag * b - G * omega * d_b
-        L[at.LANE_OF_GAIN_COS + i] = d_stiff * b + stiff * d_b + d_drag * a + G * omega * d_a
+        L[at.LANE_OF_AMP_SIN + i] = d_a
+        L[at.LANE_OF_AMP_COS + i] = d_b
         L[at.LANE_OF_OMEGA + i] = d_omega
         L[at.LANE_OF_PHASE + i] = d_wavenumber * away + wavenumber * d_away
-    if kind == cells.BENT or kind == cells.GENERAL:
+    if is_bent(kind):
         L[at.LANE_OF_AHEAD + i] = d_away / piece[contract.SCALE]
         L[at.LANE_OF_PACE + i] = d_pace / piece[contract.SCALE]
         degree, factor_degree = piece[contract.DEGREE], piece[contract.FACTOR_DEGREE]
@@ -149,11 +112,11 @@ def _fill_change(
                 d_factor = bend[contract.FACTOR + k]
             L[at.LANE_OF_PATH + at.LANES * k + i] = d_path
             L[at.LANE_OF_FACTOR + at.LANES * k + i] = d_factor
-    if kind > cells.BENT:
+    L[at.LANE_OF_ETA + i] = turns[contract.HYSTERESIS, lane]
+    if has_deck(kind):
         mass = numbers[contract.DECK_MASS]
         per_mass = 1.0 / mass if mass > 0.0 else 0.0
         d_mass, on = turns[contract.DECK_MASS, lane], L[at.LANE_ON + i]
-        L[at.LANE_OF_ETA + i] = turns[contract.HYSTERESIS, lane]
         L[at.LANE_OF_SHARE + i] = -L[at.LANE_SHARE + i] * d_mass * per_mass
         grown = on * turns[contract.PRESTRESS, lane] - L[at.LANE_PRESTRESS + i] * d_mass
         L[at.LANE_OF_PRESTRESS + i] = grown * per_mass
@@ -175,7 +138,7 @@ def _keep_link(filled: int, begin: int, parts: int, k: int, links: Links) -> Non
 @kernel
 def _link_lanes(
     filled: int, begin: int, kind: int, base: int, steps: FloatArray, numbers: FloatArray, turns: FloatArray,
-    bends: FloatArray, table: IntArray, bent: bool | None, general: bool | None, links: Links,
+    bends: FloatArray, table: IntArray, links: Links,
 ) -> None:  # fmt: skip
     """Link the steps in the lanes, all of one kind."""
     L, pool = links.L, links.pool
@@ -184,19 +147,19 @@ def _link_lanes(
     for i in range(filled, at.LANES):
         cells.fill_lane(i, cells.EMPTY, kind, pool.pieces, pool.first, pool.numbers, pool.rows, L)
         L[at.LANE_LENGTH + i] = 0.0
-    _make_bases(kind, bent, general, L)
+    call_eight(pool.made[BASES + kind], L)
     for i in range(filled):
         row = links.end[links.which[i] - begin]
         row[DT] = L[at.LANE_T_END + i]
         row[DA] = L[at.LANE_U_END + i]
         row[DB] = L[at.LANE_W_END + i]
-        row[DY] = L[at.LANE_DECK_Y_END + i] if kind > cells.BENT else 0.0
-        row[DZ] = L[at.LANE_DECK_V_END + i] if kind > cells.BENT else 0.0
+        row[DY] = L[at.LANE_DECK_Y_END + i] if has_deck(kind) else 0.0
+        row[DZ] = L[at.LANE_DECK_V_END + i] if has_deck(kind) else 0.0
         links.known[links.which[i] - begin] = 1
     for k in range(at.LANE_OF_TIME, at.LANE_BASE):
         L[k] = 0.0
-    parts = STARTS if kind > cells.BENT else 3
-    level = kind == cells.FLAT or kind == cells.DECK_FLAT
+    parts = STARTS if has_deck(kind) else 3
+    level = is_flat(kind)
     for start in range(parts):
         if start == DT and level:  # nothing depends on time
             for i in range(filled):
@@ -205,7 +168,7 @@ def _link_lanes(
             continue
         for i in range(at.LANES):
             L[at.LANE_OF_TIME + at.LANES * start + i] = 1.0
-        _go_along(kind, bent, general, L)
+        call_eight(pool.made[ALONGS + kind], L)
         for i in range(at.LANES):
             L[at.LANE_OF_TIME + at.LANES * start + i] = 0.0
         _keep_link(filled, begin, parts, start, links)
@@ -213,16 +176,16 @@ def _link_lanes(
         lane = links.directions[k]
         for i in range(filled):
             _fill_change(i, lane, kind, base, steps[links.which[i]], numbers, turns, bends, table, links)
-        if bent is not None and (kind == cells.BENT or kind == cells.GENERAL):
-            made.change_12(L)
-        _go_along(kind, bent, general, L)
+        if is_bent(kind):
+            call_eight(pool.made[TURN_PATH], L)
+        call_eight(pool.made[ALONGS + kind], L)
         _keep_link(filled, begin, parts, STARTS + k, links)
 
 
 @kernel
 def link_steps(
     cell: int, begin: int, steps: FloatArray, turns: FloatArray, bends: FloatArray, table: IntArray,
-    carried: FloatArray, bent: bool | None, general: bool | None, links: Links,
+    carried: FloatArray, links: Links,
 ) -> None:  # fmt: skip
     """Link the steps of a cell from `begin` on, as many as there is room for; others in contact than elastic have none.
 
@@ -232,7 +195,9 @@ def link_steps(
     row, numbers, base = pool.rows[cell], pool.numbers[cell], pool.first[cell]
     links.known[:] = 0
     links.shift[:] = carried[DSHIFT]
-    filled, kind, entered = 0, -1, False
+    filled, kind, entered, lossy = 0, -1, False, False
+    for lane in range(LANES):
+        lossy = lossy or turns[contract.HYSTERESIS, lane] != 0.0
     for j in range(begin, min(begin + LINK_ROWS, len(steps))):
         step = steps[j]
         if j > begin and step[SHIFT] != steps[j - 1, SHIFT]:
@@ -251,16 +216,19 @@ def link_steps(
             enter_numbers(cell, pool)
             enter_path(cell, pool)
             entered = True
-        if filled == at.LANES or int(row[cells.CELL_KIND]) != kind:
-            _link_lanes(filled, begin, kind, base, steps, numbers, turns, bends, table, bent, general, links)
-            filled, kind = 0, int(row[cells.CELL_KIND])
+        wanted = int(row[cells.CELL_KIND])
+        if lossy and not is_lossy(wanted):  # what is differentiated counts as there
+            wanted += OF_LOSSY
+        if filled == at.LANES or wanted != kind:
+            _link_lanes(filled, begin, kind, base, steps, numbers, turns, bends, table, links)
+            filled, kind = 0, wanted
         cells.fill_lane(filled, cell, kind, pool.pieces, pool.first, pool.numbers, pool.rows, L)
         L[at.LANE_LENGTH + filled] = step[LENGTH]
         links.which[filled] = j
         for k in range(len(links.directions)):
             links.shifts[filled, links.directions[k]] = links.shift[links.directions[k]]
         filled += 1
-    _link_lanes(filled, begin, kind, base, steps, numbers, turns, bends, table, bent, general, links)
+    _link_lanes(filled, begin, kind, base, steps, numbers, turns, bends, table, links)
 
 
 @inlined_kernel

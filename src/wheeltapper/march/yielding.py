@@ -30,7 +30,7 @@ from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import follow_force, log_event
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import COUNT, MARK, STATE, Q, T, U, W
+from wheeltapper.march.layout import COUNT, MARK, STATE, T, U, W
 from wheeltapper.march.program import PHASE, PIECE, TIME, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
 from wheeltapper.march.series import NO_PIECE, borne_at, borne_series, enter_law, law_at, residual_at
@@ -128,8 +128,11 @@ def _meets_yield(order: int, length: float, direction: float, S: FloatArray) -> 
         return _indentation_crossing(S[layout.HERE_BEARS], order, length, direction, S)
     borne_series(order, S)
     for k in range(order):
-        S[layout.TREND + k] = S[Q + k] - S[layout.HORNER_BEARS + k]
-    root = _first_directed_root(order - 1, length, direction, S[Q], S)
+        square = 0.0
+        for j in range(k + 1):
+            square += S[U + j] * S[U + k - j]
+        S[layout.TREND + k] = square - S[layout.HORNER_BEARS + k]
+    root = _first_directed_root(order - 1, length, direction, S[U] * S[U], S)
     if root == NONE:
         return NONE
     slope = evaluate_derivative(S, layout.TREND, order - 1, root)
@@ -239,24 +242,25 @@ def _bound_law(law: FloatArray, S: FloatArray) -> None:
 @kernel
 def yielding_reach(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray, until: float, steps: FloatArray, S: FloatArray
-) -> tuple[float, bool, int, int]:
-    """Put the series of a contact step in S; return its length, what of the law ends it, and the piece that follows.
+) -> tuple[float, float, float, float, float, bool, int, int]:
+    """Put the series of a contact step in S; the steps before it hold nothing.
 
-    Second is whether the force may have an extreme within it. The steps before it hold nothing.
+    Return its length, that up to where the law ends it, t, u and w at its end, whether the force may have an extreme
+    within it, what of the law ends it, and the piece that follows.
     """
     order = int(numbers[contract.ORDER])
     memory = numbers[contract.MEMORY] != 0.0
     _bound_law(law, S)
-    length, _, _, _, turns = contact_advance(pieces, numbers, None, until, steps.shape[0] - 1, steps, S)
+    reach, t, u, w, turns = contact_advance(pieces, numbers, None, until, steps.shape[0] - 1, steps, S)
+    length, what, follows = reach, NOTHING, NO_PIECE
     if S[layout.HERE_LAW_TERMS] != 0.0:
-        end, what, follows = _yielding_end(law, order, length, memory, S)
-        return end, turns, what, follows
-    if _may_yield(order, length, S):
-        root = _meets_yield(order, length, 1.0, S)
+        length, what, follows = _yielding_end(law, order, reach, memory, S)
+    elif _may_yield(order, reach, S):
+        root = _meets_yield(order, reach, 1.0, S)
         slow = HARDLY_YIELDS * sqrt(numbers[contract.TOLERANCE])
         if root != NONE and not (memory and evaluate(S, W, order, root) < slow):
-            return root, turns, YIELDS, NO_PIECE
-    return length, turns, NOTHING, NO_PIECE
+            length, what = root, YIELDS
+    return reach, length, t, u, w, turns, what, follows
 
 
 @kernel

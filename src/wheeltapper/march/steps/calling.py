@@ -16,50 +16,69 @@ from numba.extending import intrinsic
 from wheeltapper.march.compiling.pipeline import code_of
 
 _FLOATS = {dimensions: types.Array(types.float64, dimensions, "C") for dimensions in (1, 2)}
-STEP = types.Tuple((*(types.float64,) * 4, types.boolean))(
+ONE = types.Tuple((*(types.float64,) * 4, types.boolean))(
     _FLOATS[1], _FLOATS[2], types.float64, types.int64, _FLOATS[2], _FLOATS[1]
 )
-"""The type of a function that makes contact steps (`scalar`)."""
+"""The type of a function that makes steps of one wheel (`scalar`)."""
+EIGHT = types.none(_FLOATS[1])
+"""The type of a function that does something with eight cells at a time (`lanes`)."""
 
 _known: list[Callable[..., Any]] = []
 
 
-def address_of(made: Any) -> float:
-    """Return the address of a kernel's machine code, compiled or loaded for the types of a step; it stays there.
+def address_of(made: Any, signature: Any) -> float:
+    """Return the address of a kernel's machine code, compiled or loaded for a signature; it stays there.
 
-    Where Numba is switched off, it is a number that `call_step` knows the function by.
+    Where Numba is switched off, it is a number that the calls below know the function by.
     """
     _known.append(made)
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return float(len(_known))
-    made.compile(STEP.args)
-    result = made.overloads[STEP.args]
+    made.compile(signature.args)
+    result = made.overloads[signature.args]
     return float(code_of(result).get_pointer_to_function(result.fndesc.llvm_func_name))
+
+
+def _call(context: Any, builder: Any, signature: Any, given: Any, values: Any) -> Any:
+    """Write code that calls the function at an address, the first value; `given` has the types of the others."""
+    place, *others = values
+    kind = context.call_conv.get_function_type(signature.return_type, signature.args)
+    pointer = builder.inttoptr(builder.fptoui(place, cgutils.intp_t), ir.PointerType(kind))
+    others = [
+        context.cast(builder, value, has, needs)
+        for value, has, needs in zip(others, given, signature.args, strict=True)
+    ]
+    return context.call_conv.call_function(builder, pointer, signature.return_type, signature.args, others)[1]
 
 
 if config.DISABLE_JIT:  # type: ignore[attr-defined]
 
-    def call_step(address: float, *arguments: Any) -> Any:
+    def call_one(address: float, *arguments: Any) -> Any:
         """Call a function by its number."""
         return _known[int(address) - 1](*arguments)
+
+    call_eight = call_one
 
 else:
 
     @intrinsic  # type: ignore[misc]
-    def call_step(
+    def call_one(
         typing: Any, address: Any, numbers: Any, pieces: Any, until: Any, limit: Any, steps: Any, S: Any
     ) -> Any:
-        """Call a function that makes steps by the address of its machine code, a float."""
+        """Call a function that makes steps of one wheel by the address of its machine code, a float."""
+        given = numbers, pieces, until, limit, steps, S
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            place, *given = values
-            kind = context.call_conv.get_function_type(STEP.return_type, STEP.args)
-            pointer = builder.inttoptr(builder.fptoui(place, cgutils.intp_t), ir.PointerType(kind))
-            given = [
-                context.cast(builder, value, has, needs)
-                for value, has, needs in zip(given, signature.args[1:], STEP.args, strict=True)
-            ]
-            _, out = context.call_conv.call_function(builder, pointer, STEP.return_type, STEP.args, given)
-            return out
+            return _call(context, builder, ONE, given, values)
 
-        return STEP.return_type(address, numbers, pieces, until, limit, steps, S), generate
+        return ONE.return_type(address, *given), generate
+
+    @intrinsic  # type: ignore[misc]
+    def call_eight(typing: Any, address: Any, L: Any) -> Any:
+        """Call a function that does something with eight cells at a time."""
+
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            _call(context, builder, EIGHT, (L,), values)
+            return context.get_dummy_value()
+
+        return types.none(address, L), generate

@@ -7,10 +7,13 @@ In contact the step runs in s, dt = u ds, where u² is the indentation and w its
     e' = u·(v - β·e)     v the wheel's velocity, e the deflection of a bush that holds the damper's end
     N = factor(t)·(quadratic·u² + cubic·u³)·(1 + η·w), or that of a plastic law at the indentation u² + residual(t)
 
-With N = u·m it is u·N = q·m, q = u². The path may have a harmonic h, for which h' = u·g, g' = -Ω²·u·h; its part of F is
-(K - Ω²)·h + G·g. What in w' is a derivative is taken to the other side:
+With N = u·m it is u·N = q·m, q = u². Where the path has a harmonic, F has one, too: h with h' = u·g, g' = -Ω²·u·h. What
+in w' is a derivative is taken to the other side:
 
-    w = p - G·(q - Y - h) + Z      p' = u·F - G·u·g - K·u·(q - Y) - q·m + B·u·e
+    w = p - G·(q - Y) + Z      p' = u·F - K·u·(q - Y) - q·m + B·u·e
+
+A damper's end needs the wheel's velocity, too, and so that of the path. There h is the path's own harmonic, whose part
+of F is (K - Ω²)·h + G·g.
 """
 
 from __future__ import annotations
@@ -45,18 +48,18 @@ class Terms(NamedTuple):
         return self.path == BENT and not self.yields
 
 
-def _forcing(tape: Tape, terms: Terms, t: Series, u: Series) -> tuple[Sum, Sum, Sum]:
-    """Return F without the part that is a derivative, that harmonic, and the path's velocity."""
+def _forcing(tape: Tape, terms: Terms, t: Series, u: Series) -> tuple[Sum, Sum]:
+    """Return F and, for a damper's end, the path's velocity."""
     if terms.path == FLAT:
-        return constant("f0"), Sum(), Sum()
-    h, g = tape.state("h"), tape.state("g")
+        return constant("f0"), Sum()
+    h, g = tape.state("wave"), tape.state("rise")
     tape.rate(h, tape.product(u, g))
     tape.rate(g, "-omega2" * tape.product(u, h))
-    wave = "stiff_wave" * h + Sum()
-    if terms.path == WAVE:
-        return wave + constant("f0"), sum_of(h), sum_of(g)
-    velocity = tape.composed("s", MAX_DEGREE - 1, t) + g if terms.end else Sum()
-    return tape.composed("c", MAX_DEGREE, t) + wave, sum_of(h), velocity
+    level = constant("f0") if terms.path == WAVE else sum_of(tape.of_time("forcing", "c", MAX_DEGREE, t))
+    if not terms.end:
+        return level + h, Sum()
+    velocity = g + Sum() if terms.path == WAVE else tape.of_time("slope", "s", MAX_DEGREE - 1, t) + g
+    return level + "stiff_wave" * h + "G" * g, velocity
 
 
 class Free(NamedTuple):
@@ -80,7 +83,7 @@ def free(terms: Free) -> Tape:
     series are the path, the indentation `clear` and, of a bilateral contact, the force N.
     """
     tape = Tape()
-    y, v, h, g = (tape.state(name) for name in "yvhg")
+    y, v, h, g = (tape.state(name) for name in ("y", "v", "wave", "rise"))
     tape.rate(h, g)
     tape.rate(g, "-omega2" * h)
     path = tape.named("path", tape.polynomial("p", MAX_DEGREE) + h)
@@ -115,19 +118,18 @@ def contact(terms: Terms) -> Tape:
     """
     tape = Tape()
     t, u, p = tape.state("t", first=1, is_early=True), tape.state("u"), tape.state("p")
-    F, harmonic, path_velocity = _forcing(tape, terms, t, u)
+    F, path_velocity = _forcing(tape, terms, t, u)
     q = tape.product(u, u, "q")
     m: Series | Sum = "cubic" * q + "quadratic" * u
     if terms.factor:
-        m = tape.product(tape.named("b_", tape.composed("b", MAX_DEGREE, t)), m)
-    sunk, sinking = sum_of(q), Sum()
+        m = tape.product(tape.of_time("factor", "b", MAX_DEGREE, t), m)
+    below, sinking = sum_of(q), Sum()
     if terms.deck:
         Y, Z = tape.state("Y"), tape.state("Z")
-        sunk, sinking = q - "on" * Y, "on" * Z
-    below = sunk - harmonic
+        below, sinking = q - "on" * Y, "on" * Z
     w = tape.named("w", p - "G" * below + sinking)
     if terms.yields:
-        depth = tape.named("depth", tape.composed("r", MAX_DEGREE, t) + q)
+        depth = tape.named("depth", tape.of_time("residual", "r", MAX_DEGREE, t) + q)
         away = tape.named("away", Sum({depth: 1.0}), first=1)
         N = tape.named("N", tape.composed("law", MAX_DEGREE, away))
         push = tape.product(u, N)
@@ -135,7 +137,7 @@ def contact(terms: Terms) -> Tape:
         m = tape.named("m", sum_of(m))
         m = tape.named("damped", m + "eta" * tape.product(m, w))
     if terms.deck:
-        F = F - "K" * sunk
+        F = F - "K" * below
         push = push if terms.yields else tape.product(q, m)
         pull = tape.product(u, F) - push
         uY, uZ = tape.product(u, Y), tape.product(u, Z)

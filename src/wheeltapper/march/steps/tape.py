@@ -113,11 +113,17 @@ class Tape:
         Products and named sums.
     rates
         Of each state its derivative.
+    compositions
+        The names of series that are polynomials of the time, with those of the polynomials.
+    powers
+        Powers of the time, as far as a composition has taken them.
     """
 
     def __init__(self) -> None:
         self.series: list[Series] = []
         self.rates: dict[Series, Sum] = {}
+        self.compositions: dict[str, str] = {}
+        self.powers: dict[int, Series] = {}
         self._numbers = count(1)
         self._names: set[str] = set()
         self._products: dict[tuple[Series, Series], Series] = {}
@@ -170,9 +176,18 @@ class Tape:
 
     def composed(self, polynomial: str, degree: int, away: Series) -> Sum:
         """Return Σ polynomial_k·away^k; `away` begins with zero."""
-        powers = {1: away}
-        out = Sum({away: f"{polynomial}1"}, f"{polynomial}0")
+        return self._composed(polynomial, degree, {1: away})
+
+    def of_time(self, name: str, polynomial: str, degree: int, time: Series) -> Series:
+        """Return Σ polynomial_k·time^k as a series with a name; the time is that after the step's start."""
+        self.powers.setdefault(1, time)
+        self.compositions[name] = polynomial
+        return self.named(name, self._composed(polynomial, degree, self.powers))
+
+    def _composed(self, polynomial: str, degree: int, powers: dict[int, Series]) -> Sum:
+        out = Sum({powers[1]: f"{polynomial}1"}, f"{polynomial}0")
         for k in range(2, degree + 1):
-            powers[k] = self.product(powers[k // 2], powers[k - k // 2])
+            if k not in powers:
+                powers[k] = self.product(powers[k // 2], powers[k - k // 2])
             out += f"{polynomial}{k}" * powers[k]
         return out

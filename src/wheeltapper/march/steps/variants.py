@@ -1,0 +1,122 @@
+"""The functions that make steps, by number: which a wheel needs, and where kernels find them."""
+
+from __future__ import annotations
+
+from itertools import accumulate
+from typing import cast
+
+import numpy as np
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.program import FloatArray
+from wheeltapper.march.steplength import SLOW
+from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms
+
+PATHS = (FLAT, WAVE, BENT)
+OVER_WAVE, OVER_BENT = 1, 2
+OF_LOSSY, OF_DECK, OF_YIELDING, OF_ENDED = 3, 6, 12, 16
+"""Where in their list terms stand, from the number of the path on."""
+VARIANTS = (
+    *(Terms(path, lossy, deck) for deck in (False, True) for lossy in (False, True) for path in PATHS),
+    *(Terms(path, deck=deck, yields=True) for deck in (False, True) for path in (FLAT, BENT)),
+    *(
+        Terms(path, lossy, deck, end=True)
+        for deck in (False, True) for lossy in (False, True) for path in (FLAT, BENT)
+    ),
+)  # fmt: skip
+"""What a contact step may have, by the number of its function."""
+FLIES = len(VARIANTS)
+FREE = tuple(
+    Free(bonded, deck, end) for bonded, end in ((False, False), (False, True), (True, False)) for deck in (False, True)
+)
+"""What a step in time may have, by the number of its function, counted from FLIES."""
+ONE_WHEEL = FLIES + len(FREE)
+"""How many functions one wheel has."""
+
+
+def _numbered(*counts: int) -> tuple[int, ...]:
+    """Return where groups of functions begin, and how many there are in all; NumPy integers, as kernels want them."""
+    return cast("tuple[int, ...]", tuple(np.int64(n) for n in accumulate(counts, initial=0)))
+
+
+(
+    STEPS, FLIGHTS, FLIGHT_ENDS, SEEK_LOSS, SEEK_TURN, SEEK_EXTREME, SEEK_TIME, SCAN, SHARPEN, AT_ROOT, DECK_AT_END,
+    SCAN_FLIGHT, SHARPEN_FLIGHT, BASES, ALONGS, TURN_PATH, IN_LANES,
+) = _numbered(OF_YIELDING, 2, 2, *(1,) * 10, OF_YIELDING, OF_YIELDING, 1)  # fmt: skip
+"""Functions of eight cells at a time: steps of each kind, flights beside a deck and over one, and what ends them; then
+tangents of steps of each kind. IN_LANES is how many there are."""
+
+
+@kernel
+def variant_of(numbers: FloatArray, piece: FloatArray, yields: bool, ended: bool) -> int:
+    """Return the number of the function that makes contact steps over a piece of the path."""
+    lossy = 1 if numbers[contract.HYSTERESIS] != 0.0 else 0
+    deck = 1 if numbers[contract.DECK_MASS] > 0.0 else 0
+    bent, wavy = piece[contract.DEGREE] > 0.0, piece[contract.WAVENUMBER] != 0.0
+    if yields:
+        return OF_YIELDING + 2 * deck + (1 if bent or wavy else 0)
+    bent = bent or piece[contract.FACTOR_DEGREE] >= 0.0
+    if ended:
+        return OF_ENDED + 4 * deck + 2 * lossy + (1 if bent or wavy else 0)
+    return OF_DECK * deck + OF_LOSSY * lossy + (OVER_BENT if bent else OVER_WAVE if wavy else 0)
+
+
+@inlined_kernel
+def is_bent(variant: int) -> bool:
+    """Return True for elastic contacts over a bent path."""
+    return variant % OF_LOSSY == OVER_BENT
+
+
+@inlined_kernel
+def is_flat(variant: int) -> bool:
+    """Return True for elastic contacts over a level path."""
+    return variant % OF_LOSSY == 0
+
+
+@inlined_kernel
+def is_lossy(variant: int) -> bool:
+    """Return True for elastic contacts with hysteresis."""
+    return variant % OF_DECK >= OF_LOSSY
+
+
+@inlined_kernel
+def has_deck(variant: int) -> bool:
+    """Return True for elastic contacts on a deck."""
+    return variant >= OF_DECK
+
+
+@kernel
+def free_variant_of(numbers: FloatArray, ended: bool) -> int:
+    """Return the number of the function that makes steps in time."""
+    kind = 2 if ended else 4 if numbers[contract.BILATERAL] != 0.0 else 0
+    return FLIES + kind + (1 if numbers[contract.DECK_MASS] > 0.0 else 0)
+
+
+@kernel
+def variants_over(numbers: FloatArray, pieces: FloatArray, yields: bool, ended: bool) -> int:
+    """Return which functions one wheel over a path needs, as the bits of a number."""
+    out = 1 << free_variant_of(numbers, ended)
+    for i in range(pieces.shape[0]):
+        out |= 1 << variant_of(numbers, pieces[i], False, ended)
+        if yields:
+            out |= 1 << variant_of(numbers, pieces[i], True, ended)
+        if numbers[contract.MEMORY] != 0.0:  # over what a contact leaves of its spot there is a factor on the force
+            out |= 1 << (variant_of(numbers, pieces[i], False, False) // OF_LOSSY * OF_LOSSY + OVER_BENT)
+    return out
+
+
+@kernel
+def variants_of_cells(numbers: FloatArray, pieces: FloatArray) -> int:
+    """Return which functions the marches of cells (cells, NUMBERS) over some pieces need, one by one or in lanes."""
+    seen, out = 0, 0
+    for cell in range(numbers.shape[0]):
+        own = numbers[cell]
+        fast = own[contract.STIFFNESS] + own[contract.DAMPING] > SLOW
+        kind = (1 if own[contract.HYSTERESIS] != 0.0 else 0) + (2 if own[contract.DECK_MASS] > 0.0 else 0)
+        if not seen >> kind & 1:
+            seen |= 1 << kind
+            out |= variants_over(own, pieces, False, False)
+        if fast:
+            out |= 1 << OVER_BENT
+    return out
