@@ -1,4 +1,4 @@
-"""Gradients of cells in lanes against those of the same cells alone, whose steps go through the loops one by one."""
+"""Gradients of cells in lanes against those of the same cells alone, whose steps are differentiated one by one."""
 
 import numpy as np
 import pytest
@@ -56,7 +56,7 @@ def alone(cells, turns, cell):
         pieces, turns.bends, first, turns.table, cells.numbers[cell], turns.numbers[cell], start, found.steps,
         found.state, found.events, found.peaks, of_events, of_peaks, np.zeros((4, LANES)), 0.0, np.zeros(LANES),
         np.zeros((0, LANES)), np.zeros(0), np.zeros((0, gradients.QUANTITIES, gradients.SAMPLED)),
-        scratch_of_cells(cells.numbers, cells.pieces),
+        scratch_of_cells(cells.numbers, cells.pieces, turned=True, lossy=True),
         np.zeros((SCRATCH, LANES)), None,
     )  # fmt: skip
     return found, of_events, of_peaks, gentlest

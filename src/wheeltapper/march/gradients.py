@@ -16,7 +16,7 @@ from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.program import TIME, FloatArray, IntArray, Program
 from wheeltapper.march.single import March, march
-from wheeltapper.march.steps.written import scratch_for, scratch_of_cells
+from wheeltapper.march.steps.written import scratch_of_cells
 from wheeltapper.march.tally import CONTACTS, HIGHEST, HIGHEST_TIME, STILL_OPEN, TALLY, tally_kernel
 from wheeltapper.march.tangent import repeat_kernel, tangent_kernel
 from wheeltapper.march.tangent_lanes import Links, borrowed_links, links_of
@@ -121,10 +121,10 @@ def _room_for(cells: int, events: int, peaks: int, tally: bool) -> Tangents:
 def _arguments(cells: Cells, turns: CellTangents, kept: KeptSteps, tangents: Tangents, tally: bool) -> tuple[Any, ...]:
     marched = kept.marched
     tables = (marched.status, marched.events, marched.peaks, marched.event_ends, marched.peak_ends)
-    work = (scratch_of_cells(cells.numbers, cells.pieces), np.zeros((SCRATCH, LANES)), True if tally else None)
-    links = None
+    lossy = bool(np.any(turns.numbers[:, contract.HYSTERESIS] != 0.0))
+    S = scratch_of_cells(cells.numbers, cells.pieces, True, lossy)
+    work, links = (S, np.zeros((SCRATCH, LANES)), True if tally else None), None
     if not tally:
-        lossy = bool(np.any(turns.numbers[:, contract.HYSTERESIS] != 0.0))
         links = links_of(kept.pool, _directions(turns), lossy)
     return (*cells, *turns, *kept.steps, *tables, marched.highest, marched.impulses, *tangents, *work, links)
 
@@ -169,10 +169,12 @@ def sampled_tangents(
     within = times[times <= found.state[TIME]]
     samples = np.full((len(times), QUANTITIES, SAMPLED), np.nan)
     events, peaks = len(found.events), len(found.peaks)
+    lossy = bool(np.any(turns[contract.HYSTERESIS] != 0.0))
+    S = scratch_of_cells(program.numbers[None], program.pieces, True, lossy)
     tangent_kernel(
         program.pieces, bends, 0, table, program.numbers, turns, np.zeros((2, LANES)), found.steps, found.state,
         found.events, found.peaks, np.empty((events, 2, LANES)), np.empty((peaks, 2, LANES)), np.zeros((4, LANES)),
-        0.0, np.zeros(LANES), np.zeros((0, LANES)), within, samples, scratch_for(program),
+        0.0, np.zeros(LANES), np.zeros((0, LANES)), within, samples, S,
         np.zeros((SCRATCH, LANES)), None,
     )  # fmt: skip
     return found, samples

@@ -25,27 +25,8 @@ from wheeltapper.march.events import AT_BREAK, GRAZE
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import IMPACTS, OPENED, UNTIL_IMPACT, UNTIL_LOSS
 from wheeltapper.march.program import CONTACT, DONE, END, FLIGHT, IMPACT, LOSS, PHASE, TIME, A, B, FloatArray, IntArray
+from wheeltapper.march.steps import variants
 from wheeltapper.march.steps.calling import call_eight
-from wheeltapper.march.steps.variants import (
-    AT_ROOT,
-    DECK_AT_END,
-    FLIGHT_ENDS,
-    FLIGHTS,
-    OF_DECK,
-    OVER_BENT,
-    OVER_WAVE,
-    SCAN,
-    SCAN_FLIGHT,
-    SEEK_EXTREME,
-    SEEK_LOSS,
-    SEEK_TIME,
-    SEEK_TURN,
-    SHARPEN,
-    SHARPEN_FLIGHT,
-    has_deck,
-    is_bent,
-    is_lossy,
-)
 
 CALM_END, BREAK_END, LOSS_END, UNKNOWN_END = 0.0, 1.0, 2.0, 3.0
 """How a step ends: in contact, at a breakpoint, in a loss, or not as lanes can tell."""
@@ -68,16 +49,16 @@ def _is_everywhere(row: int, L: FloatArray) -> bool:
 def _find(seek: int, made: FloatArray, L: FloatArray) -> None:
     """Find the root in (0, 1) of a polynomial of each contact step that has just one there, and the motion at it."""
     call_eight(made[seek], L)
-    call_eight(made[SCAN], L)
+    call_eight(made[variants.SCAN], L)
     while not _is_everywhere(at.LANE_DONE, L):
-        call_eight(made[SHARPEN], L)
-    call_eight(made[AT_ROOT], L)
+        call_eight(made[variants.SHARPEN], L)
+    call_eight(made[variants.AT_ROOT], L)
 
 
 @inlined_kernel
 def _force(cell: int, kind: int, time: float, u: float, w: float, pool: cells.Pool) -> float:
     """Return a cell's contact force."""
-    if kind <= OVER_WAVE:
+    if kind <= variants.OVER_WAVE:
         row = pool.rows[cell, cells.LOCAL :]
         return u * u * (row[at.CELL_QUADRATIC] + row[at.CELL_CUBIC] * u)
     return force_at(cell, time, u, w, pool.pieces, pool.first, pool.rows)
@@ -106,7 +87,7 @@ def _commit(i: int, cell: int, time: float, kind: int, phase: float, length: flo
     L[at.LANE_TIME + i] = time
     L[at.LANE_U0 + i] = L[at.LANE_U_END + i]
     L[at.LANE_W0 + i] = L[at.LANE_W_END + i]
-    if has_deck(kind):
+    if variants.has_deck(kind):
         L[at.LANE_DECK_Y + i] = L[at.LANE_DECK_Y_END + i]
         L[at.LANE_DECK_V + i] = L[at.LANE_DECK_V_END + i]
 
@@ -178,7 +159,7 @@ def _pass_breakpoints(kind: int, pool: cells.Pool) -> None:
 @inlined_kernel
 def _next_queue(i: int, kind: int, L: FloatArray) -> int:
     """Return the queue for a cell whose step in contact may hold an event."""
-    if is_lossy(kind) and L[at.LANE_HOLDS + i] == 0.0:
+    if variants.is_lossy(kind) and L[at.LANE_HOLDS + i] == 0.0:
         return cells.APART
     if not L[at.LANE_U_END + i] > 0.0:
         return cells.OPEN + kind
@@ -205,7 +186,7 @@ def _step_and_log(
         return
     for k in range(3 * at.LANES):
         L[at.LANE_WAS + k] = L[at.LANE_TIME + k]
-    if has_deck(kind):
+    if variants.has_deck(kind):
         for k in range(2 * at.LANES):
             L[at.LANE_DECK_WAS + k] = L[at.LANE_DECK_Y + k]
     call_eight(pool.made[kind], L)
@@ -229,7 +210,7 @@ def _step_until_event(kind: int, drain: bool, pool: cells.Pool) -> None:
         _step_and_log(kind, pool)
         if _is_everywhere(at.LANE_GO, L):
             continue
-        if kind > OVER_WAVE and _meets_breakpoints(held, L):
+        if kind > variants.OVER_WAVE and _meets_breakpoints(held, L):
             _pass_breakpoints(kind, pool)
         before = busy
         for i in range(at.LANES):
@@ -251,7 +232,7 @@ def _step_until_event(kind: int, drain: bool, pool: cells.Pool) -> None:
 @kernel
 def _end_at_breakpoints(kind: int, made: FloatArray, L: FloatArray) -> None:
     """Shorten the steps that end at breakpoints; where a place is not found, the end is unknown."""
-    _find(SEEK_TIME, made, L)
+    _find(variants.SEEK_TIME, made, L)
     for i in range(at.LANES):
         if L[at.LANE_ENDS + i] == BREAK_END:
             if L[at.LANE_CHANGES + i] == 1.0:
@@ -264,8 +245,8 @@ def _end_at_breakpoints(kind: int, made: FloatArray, L: FloatArray) -> None:
 @kernel
 def _find_deck_ends(kind: int, made: FloatArray, L: FloatArray) -> None:
     """Evaluate the deck's motion at the ends of shortened steps."""
-    if has_deck(kind):
-        call_eight(made[DECK_AT_END], L)
+    if variants.has_deck(kind):
+        call_eight(made[variants.DECK_AT_END], L)
 
 
 @kernel
@@ -284,7 +265,7 @@ def _choose_ends(filled: int, stage: int, kind: int, made: FloatArray, L: FloatA
     if stage != cells.OPEN:
         _end_at_breakpoints(kind, made, L)
         return
-    _find(SEEK_LOSS, made, L)
+    _find(variants.SEEK_LOSS, made, L)
     for i in range(at.LANES):
         alone = L[at.LANE_CHANGES + i] == 1.0 and L[at.LANE_SIGN + i] > 0.0
         in_time = L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i] < L[at.LANE_UNTIL + i]
@@ -321,7 +302,7 @@ def _act(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
     ends, turns = L[at.LANE_ENDS + i], L[at.LANE_CHANGES + i]
     falls = L[at.LANE_SIGN + i] > 0.0
     leaves = turns == 1.0 and not falls and not L[at.LANE_U_ROOT + i] > 0.0
-    lets_go = is_lossy(kind) and L[at.LANE_HOLDS + i] == 0.0
+    lets_go = variants.is_lossy(kind) and L[at.LANE_HOLDS + i] == 0.0
     sinks = ends != LOSS_END and not L[at.LANE_U_END + i] > 0.0
     if ends == UNKNOWN_END or turns > 1.0 or leaves or lets_go or sinks:
         cells.push(cell, cells.APART, queue)
@@ -360,7 +341,7 @@ def _lose_contact(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
     if kind == 0:
         L[at.LANE_U0 + i], L[at.LANE_W0 + i] = L[at.LANE_LEVEL + i], -rate
     else:
-        deck_y, deck_v = (L[at.LANE_DECK_Y + i], L[at.LANE_DECK_V + i]) if has_deck(kind) else (0.0, 0.0)
+        deck_y, deck_v = (L[at.LANE_DECK_Y + i], L[at.LANE_DECK_V + i]) if variants.has_deck(kind) else (0.0, 0.0)
         height, velocity = rail_at_time(cell, time, deck_y, deck_v, pool)
         L[at.LANE_U0 + i], L[at.LANE_W0 + i] = height, velocity - rate
     cells.keep_lane(i, cell, kind, rows, L)
@@ -380,8 +361,8 @@ def _step_with_event(stage: int, kind: int, pool: cells.Pool) -> None:
     call_eight(pool.made[kind], L)
     _choose_ends(filled, stage, kind, pool.made, L)
     if stage == cells.TURN or not _is_everywhere(at.LANE_CALM, L):
-        varies = is_bent(kind) or is_lossy(kind)
-        _find(SEEK_EXTREME if varies else SEEK_TURN, pool.made, L)
+        varies = variants.is_bent(kind) or variants.is_lossy(kind)
+        _find(variants.SEEK_EXTREME if varies else variants.SEEK_TURN, pool.made, L)
     else:
         for i in range(at.LANES):
             L[at.LANE_CHANGES + i] = 0.0
@@ -395,19 +376,19 @@ def _step_in_flight(which: int, pool: cells.Pool) -> None:
     pool = cells.borrowed_pool(pool)
     L, rows, held = pool.L, pool.rows, pool.held
     over = which - cells.FLY
-    kind = over * OF_DECK + OVER_BENT
+    kind = over * variants.OF_DECK + variants.OVER_BENT
     filled = cells.fill_all(which, kind, pool)
     for i in range(at.LANES):
         L[at.LANE_FRESH + i] = 1.0 if i >= filled else rows[held[i], cells.COUNTS + OPENED]
-    call_eight(pool.made[FLIGHTS + over], L)
-    call_eight(pool.made[SCAN_FLIGHT], L)
+    call_eight(pool.made[variants.FLIGHTS + over], L)
+    call_eight(pool.made[variants.SCAN_FLIGHT], L)
     while not _is_everywhere(at.LANE_DONE, L):
-        call_eight(pool.made[SHARPEN_FLIGHT], L)
+        call_eight(pool.made[variants.SHARPEN_FLIGHT], L)
     for i in range(at.LANES):
         L[at.LANE_T_ROOT + i] = L[at.LANE_LENGTH + i]
         if L[at.LANE_CHANGES + i] == 1.0:
             L[at.LANE_T_ROOT + i] *= L[at.LANE_X + i]
-    call_eight(pool.made[FLIGHT_ENDS + over], L)
+    call_eight(pool.made[variants.FLIGHT_ENDS + over], L)
     for i in range(filled):
         _fly_on(i, held[i], kind, pool)
 

@@ -22,30 +22,29 @@ def int64_positions(values: Iterable[int]) -> tuple[int, ...]:
 
 WIDTH = 24
 # Contact: series in s. Flight: series in t; U and W then hold y and v.
-T, U, W, Y, Z, Q, R, F, N, ACC, SINES, COSINES, TREND, CLEAR, COMP, WORK, SCALED, SHIFTED, DEPTH = int64_positions(
-    range(0, 19 * WIDTH, WIDTH)
+T, U, W, Y, Z, F, N, TREND, CLEAR, COMP, WORK, SCALED, SHIFTED, DEPTH, WHEEL_Y, WHEEL_V, BUSH = int64_positions(
+    range(0, 17 * WIDTH, WIDTH)
 )
-# Where the damper has an end of its own: the wheel's displacement, velocity and acceleration in contact, the bush's
-# deflection and its rate.
-WHEEL_Y, WHEEL_V, WHEEL_A, BUSH, BUSH_RATE = int64_positions(range(19 * WIDTH, 24 * WIDTH, WIDTH))
-HORNER, HORNER_FACTOR, HORNER_RESIDUAL, HORNER_BEARS, HORNER_LAW, HERE = int64_positions(
-    (24 + blocks * (MAX_DEGREE + 1)) * WIDTH for blocks in range(6)
-)
-"""MAX_DEGREE + 1 rows each for what follows the path; then the present piece as functions of time."""
+"""Beside the motion: the path in flight, the contact force, what a root is sought of, the indentation in flight; the
+indentation of a virgin surface; and where a damper has an end of its own, the wheel's displacement and velocity in
+contact and the bush's deflection. The others are room."""
+HORNER_BEARS, HERE = int64_positions((17 * WIDTH, (17 + MAX_DEGREE + 1) * WIDTH))
+"""MAX_DEGREE + 1 rows for what the surface bears; then the present piece as functions of time."""
 (FLIGHT_ORDER,) = int64_positions([22])
 
 # The present piece: polynomial in (t - t0), harmonic, factor, residual indentation, what the surface bears; then of the
 # plastic law that holds: number of terms (0: it is elastic), centre, scale, and the terms. Then of a damper's end its
 # coefficients (held_end.py). Between which values u and the wheel's displacement stay while nothing happens, and which
 # sign the bush's deflection, or the wheel's velocity, has then (0: either). The deck's motion and the bush's deflection
-# at the end of a contact step that nothing cuts. Where the code of steps is (steps/written.py). Then the present state.
+# at the end of a contact step that nothing cuts. Where the code of steps and of their tangents is (steps/written.py).
+# Then the present state.
 (
     HERE_POLY, HERE_AMP_SIN, HERE_AMP_COS, HERE_PHASE0, HERE_OMEGA, HERE_DEGREE, HERE_FACTOR_DEGREE, HERE_FACTOR,
     HERE_RESIDUAL_DEGREE, HERE_RESIDUAL, HERE_BEARS_DEGREE, HERE_BEARS, HERE_LAW_TERMS, HERE_LAW_CENTRE, HERE_LAW_SCALE,
     HERE_LAW, END_G, END_B, END_BETA, U_FLOOR, U_CEILING, PLACE_FLOOR, PLACE_CEILING, HEADING, NEXT_Y,
-    NEXT_Z, NEXT_BUSH, FUNCTIONS, STATE,
+    NEXT_Z, NEXT_BUSH, FUNCTIONS, DERIVATIVES, STATE,
 ) = int64_positions(
-    accumulate((HERE, *(TERMS, 1, 1, 1, 1, 1, 1), *(TERMS, 1) * 3, 1, 1, TERMS, *(1,) * 11, 32))
+    accumulate((HERE, *(TERMS, 1, 1, 1, 1, 1, 1), *(TERMS, 1) * 3, 1, 1, TERMS, *(1,) * 11, 32, 20))
 )  # fmt: skip
 MARK = STATE + 16  # how the force has gone since its last maximum (events.py)
 COUNT = MARK + 8

@@ -347,6 +347,11 @@ def _tangent_room(rows: int = 1024) -> TangentTables:
     return TangentTables(steps, parts, events, peaks, of_events, of_peaks, np.zeros(SCRATCH), D)
 
 
+def _turned(program: contract.Program) -> FloatArray:
+    """Return scratch memory for a program's march with tangents."""
+    return scratch_of_cells(program.numbers[None], program.pieces, turned=True)
+
+
 class Returned(NamedTuple):
     """States at sections, (cells, waves, STATE_SIZE), what is told of the waves before, and why each cell stopped."""
 
@@ -489,7 +494,7 @@ class Tangents:
     def turn(self, program: contract.Program, state: FloatArray, waves: int) -> Turn:
         """March some waves from a state."""
         while True:
-            tables, along = self._room._replace(S=scratch_for(program)), np.zeros((STATE_SIZE, LANES))
+            tables, along = self._room._replace(S=_turned(program)), np.zeros((STATE_SIZE, LANES))
             along[:, :STATE_SIZE] = np.eye(STATE_SIZE)
             trail, told = np.empty((waves, STATE_SIZE)), np.empty((waves, TOLD))
             status, near = orbit_kernel(program.pieces, program.numbers, state.copy(), trail, told, along, tables)
@@ -503,7 +508,7 @@ def growths(program: contract.Program, state: FloatArray, change: FloatArray, wa
 
     NaN behind a wave that could not be marched.
     """
-    out, S, room, wave = np.full(waves, np.nan), scratch_for(program), _tangent_room(), 0
+    out, S, room, wave = np.full(waves, np.nan), _turned(program), _tangent_room(), 0
     while True:
         why, wave = growth_kernel(program.pieces, program.numbers, state, change, out, wave, room._replace(S=S))
         if why != contract.FULL or len(room.steps) >= MOST_ROWS:

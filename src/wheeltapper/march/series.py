@@ -1,15 +1,7 @@
-"""Taylor series of one step in contact, as recurrences in the regularised variable s; those in time are in flight.py.
+"""The present piece of the path, of what earlier contacts left of it and of the plastic law, as functions of time.
 
-Contact (δ = u², dt = u ds, w = dδ/dt; docs/theory/integration.rst, sections 5.3 and 5.4):
-
-    t' = u     u' = w/2     w' = u·(F + A + K·(Y - u²) + G·(Z - w) - N)     Y' = u·Z     Z' = u·A
-    F = 1 + K·y_k + G·y_k' + y_k''         A = (-N + prestress - κ·Y - γ·Z)/μ   on the deck
-    N = factor(t)·(quadratic·u² + cubic·u³)·(1 + η·w), or where the contact yields the plastic law at u² + residual(t)
-
-The path is a polynomial plus a harmonic in time; polynomials are composed with t(s) by Horner's rule on truncated
-series, order by order, because t is known only up to the order that has been reached.
-
-Only the tangents of steps still take these loops; marches take the functions that steps/ writes.
+`localise` and its like write them about the start of a step; what is asked at times after that start follows. The
+equations of the steps themselves stand in steps/equations.py.
 """
 
 from __future__ import annotations
@@ -19,7 +11,7 @@ from math import cos, sin
 from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import F, N, Q, R, T, U, W, Y, Z
+from wheeltapper.march.layout import T
 from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, PHASE, PIECE, SHIFT, TIME, FloatArray
 
 NO_PIECE = -1
@@ -219,36 +211,6 @@ def harmonic_at(amp_sin: float, amp_cos: float, omega: float, phase: float) -> t
 
 
 @kernel
-def harmonic_forcing(numbers: FloatArray, S: FloatArray) -> tuple[float, float]:
-    """Return the factors of sine and cosine in F = 1 + K·y_k + G·y_k' + y_k''."""
-    omega = S[layout.HERE_OMEGA]
-    stiff = numbers[contract.STIFFNESS] - omega * omega
-    drag = numbers[contract.DAMPING] * omega
-    a = S[layout.HERE_AMP_SIN]
-    b = S[layout.HERE_AMP_COS]
-    return stiff * a - drag * b, stiff * b + drag * a
-
-
-@kernel
-def _write_forcing(numbers: FloatArray, S: FloatArray) -> int:
-    """Put the polynomial part of F = 1 + K·y_k + G·y_k' + y_k'' in row COMP; return its degree."""
-    K = numbers[contract.STIFFNESS]
-    G = numbers[contract.DAMPING]
-    degree = int(S[layout.HERE_DEGREE])
-    for k in range(degree + 1):
-        S[layout.COMP + k] = K * S[layout.HERE_POLY + k]
-        if k + 1 <= degree:
-            S[layout.COMP + k] += G * (k + 1) * S[layout.HERE_POLY + k + 1]
-        if k + 2 <= degree:
-            S[layout.COMP + k] += (k + 2) * (k + 1) * S[layout.HERE_POLY + k + 2]
-    S[layout.COMP] += 1.0
-    if K == 0.0 and G == 0.0:
-        while degree > 0 and S[layout.COMP + degree] == 0.0:
-            degree -= 1
-    return degree
-
-
-@kernel
 def _start_horner(first: int, degree: int, rows: int, S: FloatArray) -> None:
     """Set order zero of the nested series of the polynomial S[first + k] composed with t(s), t(0) = 0."""
     for k in range(degree + 1):
@@ -264,121 +226,3 @@ def _next_horner(n: int, degree: int, rows: int, S: FloatArray) -> None:
         for j in range(1, n + 1):
             total += S[T + j] * S[rows + (k + 1) * layout.WIDTH + n - j]
         S[rows + k * layout.WIDTH + n] = total
-
-
-@kernel
-def next_law_term(n: int, S: FloatArray) -> float:
-    """Advance the series of the plastic law at u² + residual (u² in row Q, its argument in row DEPTH) to order n."""
-    degree = int(S[layout.HERE_RESIDUAL_DEGREE])
-    if n == 0:
-        _start_horner(layout.HERE_RESIDUAL, degree, layout.HORNER_RESIDUAL, S)
-    else:
-        _next_horner(n, degree, layout.HORNER_RESIDUAL, S)
-    S[layout.DEPTH + n] = S[Q + n] + S[layout.HORNER_RESIDUAL + n]
-    if n == 0:
-        S[layout.DEPTH] -= S[layout.HERE_LAW_CENTRE]
-    S[layout.DEPTH + n] /= S[layout.HERE_LAW_SCALE]
-    last = int(S[layout.HERE_LAW_TERMS]) - 1
-    for k in range(last, -1, -1):
-        total = S[layout.HERE_LAW + k] if n == 0 else 0.0
-        if k < last:
-            for j in range(n + 1):
-                total += S[layout.DEPTH + j] * S[layout.HORNER_LAW + (k + 1) * layout.WIDTH + n - j]
-        S[layout.HORNER_LAW + k * layout.WIDTH + n] = total
-    return S[layout.HORNER_LAW + n]
-
-
-@kernel
-def contact_series(
-    numbers: FloatArray, order: int, u: float, w: float, y: float, z: float, on_deck: bool, S: FloatArray
-) -> None:
-    """Fill rows T, U, W, Y, Z up to `order` and N up to order - 1: one contact step from (u, w, Y, Z)."""
-    K = numbers[contract.STIFFNESS]
-    G = numbers[contract.DAMPING]
-    quadratic = numbers[contract.QUADRATIC]
-    cubic = numbers[contract.CUBIC]
-    eta = numbers[contract.HYSTERESIS]
-    deck = numbers[contract.DECK_MASS] > 0.0
-    degree = _write_forcing(numbers, S)
-    gain_sin, gain_cos = harmonic_forcing(numbers, S)
-    wavy = S[layout.HERE_OMEGA] != 0.0
-    omega = S[layout.HERE_OMEGA]
-    yields = S[layout.HERE_LAW_TERMS] != 0.0
-    fdegree = int(S[layout.HERE_FACTOR_DEGREE])
-    S[T] = 0.0
-    S[U] = u
-    S[W] = w
-    S[Y] = y
-    S[Z] = z
-    _start_horner(layout.COMP, degree, layout.HORNER, S)
-    if fdegree >= 0:
-        _start_horner(layout.HERE_FACTOR, fdegree, layout.HORNER_FACTOR, S)
-    if wavy:
-        S[layout.SINES] = sin(S[layout.HERE_PHASE0])
-        S[layout.COSINES] = cos(S[layout.HERE_PHASE0])
-    for n in range(order):
-        q = 0.0
-        for j in range(n + 1):
-            q += S[U + j] * S[U + n - j]
-        S[Q + n] = q
-        r = 0.0
-        for j in range(n + 1):
-            r += S[Q + j] * S[U + n - j]
-        S[R + n] = next_law_term(n, S) if yields else quadratic * q + cubic * r
-        if n > 0:
-            _next_horner(n, degree, layout.HORNER, S)
-        f = S[layout.HORNER + n]
-        if wavy:
-            f += gain_sin * S[layout.SINES + n] + gain_cos * S[layout.COSINES + n]
-        force = S[R + n]
-        if fdegree >= 0:
-            if n > 0:
-                _next_horner(n, fdegree, layout.HORNER_FACTOR, S)
-            if not yields:
-                force = 0.0
-                for j in range(n + 1):
-                    force += S[layout.HORNER_FACTOR + j] * S[R + n - j]
-        S[F + n] = force
-        if eta != 0.0:
-            for j in range(n + 1):
-                force += eta * S[F + j] * S[W + n - j]
-        S[N + n] = force
-        acceleration = 0.0
-        if deck:
-            acceleration = -numbers[contract.DECK_STIFFNESS] * S[Y + n] - numbers[contract.DECK_DAMPING] * S[Z + n]
-            if on_deck:
-                acceleration -= force
-                if n == 0:
-                    acceleration += numbers[contract.PRESTRESS]
-            acceleration /= numbers[contract.DECK_MASS]
-        S[layout.ACC + n] = acceleration
-        if on_deck:
-            f += acceleration + K * (S[Y + n] - q) + G * (S[Z + n] - S[W + n]) - force
-        else:
-            f += -K * q - G * S[W + n] - force
-        S[layout.WORK + n] = f
-        w_next = 0.0
-        for j in range(n + 1):
-            w_next += S[U + j] * S[layout.WORK + n - j]
-        S[T + n + 1] = S[U + n] / (n + 1)
-        S[U + n + 1] = 0.5 * S[W + n] / (n + 1)
-        S[W + n + 1] = w_next / (n + 1)
-        if deck:
-            y_next = 0.0
-            z_next = 0.0
-            for j in range(n + 1):
-                y_next += S[U + j] * S[Z + n - j]
-                z_next += S[U + j] * S[layout.ACC + n - j]
-            S[Y + n + 1] = y_next / (n + 1)
-            S[Z + n + 1] = z_next / (n + 1)
-        else:
-            S[Y + n + 1] = 0.0
-            S[Z + n + 1] = 0.0
-        if wavy:
-            s_next = 0.0
-            c_next = 0.0
-            for j in range(n + 1):
-                s_next += S[U + j] * S[layout.COSINES + n - j]
-                c_next += S[U + j] * S[layout.SINES + n - j]
-            S[layout.SINES + n + 1] = omega * s_next / (n + 1)
-            S[layout.COSINES + n + 1] = -omega * c_next / (n + 1)

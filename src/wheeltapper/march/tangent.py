@@ -20,18 +20,43 @@ from wheeltapper.march import program as contract
 from wheeltapper.march import tangent_events, tangent_path
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import inlined_kernel, kernel
-from wheeltapper.march.layout import FLIGHT_ORDER, HERE_DEGREE, HERE_FACTOR_DEGREE, HERE_OMEGA, N, T, U, W, Y, Z
-from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
+from wheeltapper.march.layout import (
+    DERIVATIVES,
+    FLIGHT_ORDER,
+    HERE_DEGREE,
+    HERE_FACTOR_DEGREE,
+    HERE_OMEGA,
+    N,
+    T,
+    U,
+    W,
+    Y,
+    Z,
+)
+from wheeltapper.march.program import LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
-from wheeltapper.march.series import contact_series, localise
-from wheeltapper.march.step import is_plain_hertz, repeat_step
+from wheeltapper.march.series import localise
+from wheeltapper.march.step import repeat_step
+from wheeltapper.march.steps.calling import call_turned
+from wheeltapper.march.steps.variants import FLIES, OF_LOSSY, OF_YIELDING, free_variant_of, is_lossy, variant_of
 from wheeltapper.march.tangent_events import AFTER, FIRST, FOURTH, PUSH, SECOND, THIRD
 from wheeltapper.march.tangent_lanes import LINK_ROWS, Links, follow_link, link_steps
-from wheeltapper.march.tangent_path import CARRIED, DA, DB, DBREAK, DSHIFT, DT, DW, DY, DZ, LANES, localise_tangent
+from wheeltapper.march.tangent_path import (
+    CARRIED,
+    DA,
+    DB,
+    DBREAK,
+    DSHIFT,
+    DT,
+    DW,
+    DY,
+    DZ,
+    LANES,
+    localise_tangent,
+    sums_at,
+)
 from wheeltapper.march.tangent_peaks import is_inside, peaks_inside
-from wheeltapper.march.tangent_plain import is_plain, plain_peak, plain_tangents
 from wheeltapper.march.tangent_samples import sample_tangents
-from wheeltapper.march.tangent_series import contact_tangent, flight_tangent, sums_at
 from wheeltapper.march.tangent_tally import add_impulse, highest_tangent
 
 GRAZING = 1e-3
@@ -43,66 +68,45 @@ NEAR_GRAZING = 0.1
 
 
 @kernel
-def _flight_tangents(
-    pieces: FloatArray, numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, end: FloatArray,
+def _differentiate(
+    pieces: FloatArray, numbers: FloatArray, turns: FloatArray, lossy: bool, step: FloatArray, carried: FloatArray,
     S: FloatArray, D: FloatArray,
 ) -> None:  # fmt: skip
-    """Carry the tangents over a localised step without regularised contact; write the motion at its end."""
-    bonded = step[PHASE] == contract.BONDED
-    on_deck = step[ON_DECK] != 0.0
-    x = step[LENGTH]
+    """Put the series of a step in S, and their changes at fixed s, or in flight at fixed time, in D."""
     repeat_step(pieces, numbers, None, step, S)
-    flight_tangent(numbers, turns, on_deck, bonded, carried, S, D)
-    deck = numbers[contract.DECK_MASS] > 0.0
-    sums_at(D, U, FLIGHT_ORDER, x, carried[DA])
-    sums_at(D, W, FLIGHT_ORDER, x, carried[DB])
-    if deck:
-        sums_at(D, Y, FLIGHT_ORDER, x, carried[DY])
-        sums_at(D, Z, FLIGHT_ORDER, x, carried[DZ])
-    end[AFTER] = x
-    end[FIRST] = evaluate(S, U, FLIGHT_ORDER, x)
-    end[SECOND] = evaluate(S, W, FLIGHT_ORDER, x)
-    end[THIRD] = evaluate(S, Y, FLIGHT_ORDER, x) if deck else 0.0
-    end[FOURTH] = evaluate(S, Z, FLIGHT_ORDER, x) if deck else 0.0
+    if step[PHASE] == contract.CONTACT:
+        number = variant_of(numbers, pieces[int(step[PIECE])], False, False)
+        if lossy and not is_lossy(number):  # what is differentiated counts as there
+            number += OF_LOSSY
+    else:
+        number = free_variant_of(numbers, False) - FLIES + OF_YIELDING
+    if S[DERIVATIVES + number] == 0.0:
+        D[:] = np.nan  # nobody has written it
+        return
+    call_turned(S[DERIVATIVES + number], numbers, turns, carried, S, D)
 
 
 @kernel
-def _free_tangents(
-    pieces: FloatArray, numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, S: FloatArray,
-    D: FloatArray,
+def _step_tangents(
+    pieces: FloatArray, numbers: FloatArray, turns: FloatArray, lossy: bool, step: FloatArray, carried: FloatArray,
+    end: FloatArray, S: FloatArray, D: FloatArray,
 ) -> None:  # fmt: skip
-    """Carry the tangents over a step in flight; the path does not matter."""
-    x, mass, on_deck = step[LENGTH], numbers[contract.DECK_MASS], step[ON_DECK] != 0.0
-    repeat_step(pieces, numbers, None, step, S)
-    flight_tangent(numbers, turns, on_deck, False, carried, S, D)
-    sums_at(D, U, FLIGHT_ORDER, x, carried[DA])
-    sums_at(D, W, FLIGHT_ORDER, x, carried[DB])
-    if mass > 0.0:
-        sums_at(D, Y, FLIGHT_ORDER, x, carried[DY])
-        sums_at(D, Z, FLIGHT_ORDER, x, carried[DZ])
-
-
-@kernel
-def _contact_tangents(
-    numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, end: FloatArray, S: FloatArray,
-    D: FloatArray,
-) -> None:  # fmt: skip
-    """Carry the tangents over a localised contact step, at fixed s; write the motion at its end."""
-    order = int(numbers[contract.ORDER])
-    on_deck = step[ON_DECK] != 0.0
-    x = step[LENGTH]
-    contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
-    contact_tangent(numbers, turns, order, on_deck, carried, S, D)
-    sums_at(D, T, order, x, carried[DT])
+    """Carry the tangents over a localised step, in contact at fixed s; write the motion at its end."""
+    contact, deck, x = step[PHASE] == contract.CONTACT, numbers[contract.DECK_MASS] > 0.0, step[LENGTH]
+    order = int(numbers[contract.ORDER]) if contact else int(FLIGHT_ORDER)
+    _differentiate(pieces, numbers, turns, lossy, step, carried, S, D)
+    if contact:
+        sums_at(D, T, order, x, carried[DT])
     sums_at(D, U, order, x, carried[DA])
     sums_at(D, W, order, x, carried[DB])
-    sums_at(D, Y, order, x, carried[DY])
-    sums_at(D, Z, order, x, carried[DZ])
-    end[AFTER] = evaluate(S, T, order, x)
+    if deck:
+        sums_at(D, Y, order, x, carried[DY])
+        sums_at(D, Z, order, x, carried[DZ])
+    end[AFTER] = evaluate(S, T, order, x) if contact else x
     end[FIRST] = evaluate(S, U, order, x)
     end[SECOND] = evaluate(S, W, order, x)
-    end[THIRD] = evaluate(S, Y, order, x)
-    end[FOURTH] = evaluate(S, Z, order, x)
+    end[THIRD] = evaluate(S, Y, order, x) if deck else 0.0
+    end[FOURTH] = evaluate(S, Z, order, x) if deck else 0.0
 
 
 @kernel
@@ -115,12 +119,10 @@ def repeat_kernel(
 ) -> float:  # fmt: skip
     """Do what `tangent_kernel` says; contact steps of `cell` may go from link to link (tangent_lanes.py)."""
     carried = np.zeros((CARRIED, LANES))
-    carry_on = np.zeros((CARRIED, LANES))
     before = np.zeros(tangent_events.JOINT)
     behind = np.zeros(tangent_events.JOINT)
     here = np.zeros(PUSH + 1)
     end = np.zeros(5)
-    L = np.zeros(12 * LANES)
     event = 0
     peak = 0
     gentlest = np.inf
@@ -128,14 +130,14 @@ def repeat_kernel(
     level = False
     leapt = -1  # the maximum to which the force has just jumped up
     piece = -1.0
-    simple = is_plain_hertz(numbers) and numbers[contract.ORDER] == contract.DEFAULT_ORDER
-    simple = simple and tallied is None and len(times) == 0
+    lossy = False
     sample = 0
     flew = False
     opened = False
     contacts = 0
     highest = False
     for lane in range(LANES):
+        lossy = lossy or turns[contract.HYSTERESIS, lane] != 0.0
         carried[DA, lane] = turns[contract.START_HEIGHT, lane] + start[tangent_path.OF_HEIGHT, lane]
         carried[DB, lane] = turns[contract.START_VELOCITY, lane] + start[tangent_path.OF_VELOCITY, lane]
         carried[DSHIFT, lane] = turns[contract.START_SHIFT, lane]
@@ -173,7 +175,7 @@ def repeat_kernel(
                     )  # fmt: skip
                 continue
             if i > 0 and leapt < 0 and _flies_on(steps, i, events, event, peaks, peak):
-                _free_tangents(pieces, numbers, turns, step, carried, S, D)
+                _step_tangents(pieces, numbers, turns, lossy, step, carried, end, S, D)
                 tangent_events.break_moves(bends, base, table, numbers, turns, step, after, carried)
                 begun = False
                 continue
@@ -203,30 +205,18 @@ def repeat_kernel(
                 contacts += 1
             flew = is_free(step[PHASE])
         if not contact:
-            _flight_tangents(pieces, numbers, turns, step, carried, end, S, D)
+            _step_tangents(pieces, numbers, turns, lossy, step, carried, end, S, D)
             peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
         elif linked:
-            while simple and is_plain(S) and is_inside(peaks, peak, after[TIME]):
-                plain_peak(pieces, numbers, turns, step, peak, peaks, of_peaks, carried, end, S, D, L)
-                peak += 1
             if is_inside(peaks, peak, after[TIME]):
-                carry_on[:] = carried
-                _contact_tangents(numbers, turns, step, carried, end, S, D)
-                carried[:] = carry_on
+                _differentiate(pieces, numbers, turns, lossy, step, carried, S, D)
                 peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
             if links is not None:
                 follow_link(i % LINK_ROWS, numbers[contract.DECK_MASS] > 0.0, carried, end, links)
             if _turns_near(step, end):
                 gentlest = min(gentlest, _approach(pieces, numbers, step, end, S))
-        elif simple and is_plain(S):
-            while is_inside(peaks, peak, after[TIME]):
-                plain_peak(pieces, numbers, turns, step, peak, peaks, of_peaks, carried, end, S, D, L)
-                peak += 1
-            plain_tangents(numbers, turns, step, step[LENGTH], carried, end, S, D, L)
-            if _turns_near(step, end):
-                gentlest = min(gentlest, _approach(pieces, numbers, step, end, S))
         else:
-            _contact_tangents(numbers, turns, step, carried, end, S, D)
+            _step_tangents(pieces, numbers, turns, lossy, step, carried, end, S, D)
             if _turns_near(step, end):
                 near = tangent_events.closest_approach(step, int(numbers[contract.ORDER]), end[FIRST], end[SECOND], S)
                 gentlest = min(gentlest, near)

@@ -122,3 +122,22 @@ def factor_tangent(after: float, lane: int, S: FloatArray, D: FloatArray) -> flo
     for k in range(degree, -1, -1):
         value = value * after + D[layout.HERE_FACTOR + k, lane]
     return value
+
+
+@kernel
+def sum_at(D: FloatArray, row: int, n: int, x: float, lane: int) -> float:
+    """Return Σ D[row + k, lane]·x^k, k = 0 … n."""
+    total = D[row + n, lane]
+    for k in range(n - 1, -1, -1):
+        total = total * x + D[row + k, lane]
+    return total
+
+
+@kernel
+def sums_at(D: FloatArray, row: int, n: int, x: float, out: FloatArray) -> None:
+    """Write Σ D[row + k, lane]·x^k, k = 0 … n, of all lanes."""
+    for lane in range(LANES):
+        out[lane] = D[row + n, lane]
+    for k in range(n - 1, -1, -1):
+        for lane in range(LANES):
+            out[lane] = out[lane] * x + D[row + k, lane]

@@ -8,8 +8,7 @@ from wheeltapper.march.layout import FLIGHT_ORDER, HERE_FACTOR_DEGREE, N, T, U, 
 from wheeltapper.march.program import CONTACT, LENGTH, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate, evaluate_derivative
 from wheeltapper.march.step import time_to
-from wheeltapper.march.tangent_path import LANES, OF_SIZE, OF_TIME
-from wheeltapper.march.tangent_series import sum_at
+from wheeltapper.march.tangent_path import LANES, OF_SIZE, OF_TIME, sum_at
 
 
 @kernel

@@ -13,8 +13,7 @@ from wheeltapper.march.program import BONDED, CONTACT, LENGTH, ON_DECK, PHASE, T
 from wheeltapper.march.roots import evaluate, evaluate_derivative
 from wheeltapper.march.series import deck_acceleration, path_at
 from wheeltapper.march.step import time_to
-from wheeltapper.march.tangent_path import LANES, path_tangent
-from wheeltapper.march.tangent_series import sum_at
+from wheeltapper.march.tangent_path import LANES, path_tangent, sum_at
 
 # What is sampled: contact force, the deck's displacement and velocity, the wheel's.
 FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V, SAMPLED_WHEEL_Y, SAMPLED_WHEEL_V = range(5)

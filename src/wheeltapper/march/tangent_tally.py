@@ -10,8 +10,7 @@ from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import path_at
 from wheeltapper.march.step import time_to
 from wheeltapper.march.tally import NODES, WEIGHTS
-from wheeltapper.march.tangent_path import LANES, path_tangent
-from wheeltapper.march.tangent_series import sum_at
+from wheeltapper.march.tangent_path import LANES, path_tangent, sum_at
 
 
 @kernel

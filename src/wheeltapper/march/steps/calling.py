@@ -22,6 +22,8 @@ ONE = types.Tuple((*(types.float64,) * 4, types.boolean))(
 """The type of a function that makes steps of one wheel (`scalar`)."""
 EIGHT = types.none(_FLOATS[1])
 """The type of a function that does something with eight cells at a time (`lanes`)."""
+TURNED = types.none(_FLOATS[1], _FLOATS[2], _FLOATS[2], _FLOATS[1], _FLOATS[2])
+"""The type of a function that differentiates a step of one wheel (`tangents`)."""
 
 _known: list[Callable[..., Any]] = []
 
@@ -57,7 +59,7 @@ if config.DISABLE_JIT:  # type: ignore[attr-defined]
         """Call a function by its number."""
         return _known[int(address) - 1](*arguments)
 
-    call_eight = call_one
+    call_eight = call_turned = call_one
 
 else:
 
@@ -82,3 +84,14 @@ else:
             return context.get_dummy_value()
 
         return types.none(address, L), generate
+
+    @intrinsic  # type: ignore[misc]
+    def call_turned(typing: Any, address: Any, numbers: Any, turns: Any, carried: Any, S: Any, D: Any) -> Any:
+        """Call a function that differentiates a step of one wheel."""
+        given = numbers, turns, carried, S, D
+
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            _call(context, builder, TURNED, given, values)
+            return context.get_dummy_value()
+
+        return types.none(address, *given), generate

@@ -41,6 +41,11 @@ def change(name: str, last: int, of_rate: bool = False) -> str:
     return f"h1 * ({estrin([f'{n}.0 * abs({name}{n})' for n in range(1, last + 1)])})"
 
 
+def given_polynomial(name: str, entry: str, degree: str, first: str = "0.0") -> list[str]:
+    """Return the lines that read a polynomial up to its degree; `first` is what it is where it has none."""
+    return [f"{name}{k} = {entry} + {k}] if {degree} >= {k} else {'0.0' if k else first}" for k in POWERS]
+
+
 def shifted(name: str, source: str) -> list[str]:
     """Return the lines for the polynomial Σ source_k·(at + rate·τ)^k as one of τ.
 
@@ -62,7 +67,7 @@ def shifted(name: str, source: str) -> list[str]:
     return out
 
 
-def _forcing(k: int) -> str:
+def forcing(k: int) -> str:
     """Return coefficient k of 1 + K·y + G·y' + y'', y the path's polynomial."""
     out = ["1.0"] if k == 0 else []
     out += [f"K * y{k}"]
@@ -74,7 +79,7 @@ def over_path(terms: Terms) -> list[str]:
     """Return the lines for a bent path about the step's start: at_y and rate_y say where on its piece that is."""
     if terms.path != BENT:
         return []
-    out = shifted("y", "piece_y") + [f"c{k} = {_forcing(k)}" for k in POWERS]
+    out = shifted("y", "piece_y") + [f"c{k} = {forcing(k)}" for k in POWERS]
     out += ["at_b = at_y", "rate_b = rate_y", *shifted("b", "piece_b")] if terms.factor else []
     return out + ([f"s{k} = {k + 1}.0 * y{k + 1}" for k in POWERS[:-1]] if terms.end else [])
 

@@ -10,18 +10,7 @@ from math import comb, factorial
 
 from wheeltapper.march.layout import FLIGHT_ORDER
 from wheeltapper.march.program import DEFAULT_ORDER, MAX_DEGREE
-from wheeltapper.march.steps.common import (
-    at_end,
-    begins,
-    ends,
-    fastest,
-    follows_force,
-    gains,
-    last_terms,
-    over_path,
-    powers_of_length,
-    shifted,
-)
+from wheeltapper.march.steps import common
 from wheeltapper.march.steps.derive import coefficients, needed, quick_coefficients
 from wheeltapper.march.steps.equations import BENT, FLAT, Free, Terms, contact, free
 
@@ -110,10 +99,10 @@ def given(terms: Terms) -> list[str]:
     out = read(names)
     if terms.path == BENT:
         out += ["at_y = pace * time - origin", "rate_y = pace", *read_block("piece_y", "LANE_PATH")]
-        out += [*read_block("piece_b", "LANE_FACTOR"), *over_path(terms)]
+        out += [*read_block("piece_b", "LANE_FACTOR"), *common.over_path(terms)]
     if terms.path != FLAT:
-        out += [*gains(terms), *harmonic("gain_sin", "gain_cos")]
-    return [*out, *begins(terms)]
+        out += [*common.gains(terms), *harmonic("gain_sin", "gain_cos")]
+    return [*out, *common.begins(terms)]
 
 
 def series(terms: Terms, order: int) -> list[str]:
@@ -128,7 +117,7 @@ def _length(terms: Terms, order: int) -> list[str]:
 
     def largest(n: int) -> str:
         out = "FLOOR"
-        for term in last_terms(terms, n):
+        for term in common.last_terms(terms, n):
             out = f"max({term}, {out})"
         return out
 
@@ -139,8 +128,10 @@ def _length(terms: Terms, order: int) -> list[str]:
         f"first = start + (UNIT * BIAS - np.float64(np.float64(before).view(np.int64))) / {order - 1}",
         f"second = start + (UNIT * BIAS - np.float64(np.float64(last).view(np.int64))) / {order}",
         "reach = min(LONGEST, np.int64(min(first, second)).view(np.float64))",
-        f"h1 = min(reach, STABLE * {order}.0 / max({fastest(terms)}, FLOOR))" if _may_be_fast(terms) else "h1 = reach",
-        *powers_of_length(order),
+        f"h1 = min(reach, STABLE * {order}.0 / max({common.fastest(terms)}, FLOOR))"
+        if _may_be_fast(terms)
+        else "h1 = reach",
+        *common.powers_of_length(order),
     ]
 
 
@@ -153,15 +144,15 @@ def contact_source(terms: Terms, order: int) -> str:
     """Return the function that makes one contact step; where it may hold an event, it stays at its start."""
     rows = {"LANE_U": ("u", order), "LANE_W": ("w", order)}
     rows |= {"LANE_Y": ("Y", order), "LANE_V": ("Z", order)} if terms.deck else {}
-    rows |= {"LANE_N": ("N", order - 1)} if follows_force(terms) else {}
+    rows |= {"LANE_N": ("N", order - 1)} if common.follows_force(terms) else {}
     names = [f"{name}{n}" for name, last in rows.values() for n in range(last + 1)]
     body = [*given(terms), *read({"until": "LANE_UNTIL", "goal": "LANE_GOAL"}), *needed(series(terms, order), names)]
-    body += [*_length(terms, order), *ends(terms, order)]
+    body += [*_length(terms, order), *common.ends(terms, order)]
     body += [f"go = calm and u > 0.0 and time + t < until{' and holds' if terms.hysteresis else ''}"]
     moved = {"LANE_TIME": ("time + t", "time"), "LANE_U0": ("u", "u0"), "LANE_W0": ("w", "w0")}
     found = {"LANE_LENGTH": "h1", "LANE_T_END": "t", "LANE_U_END": "u", "LANE_W_END": "w"}
     if terms.deck:
-        body += [f"Y = {at_end('Y', order)}", f"Z = {at_end('Z', order)}"]
+        body += [f"Y = {common.at_end('Y', order)}", f"Z = {common.at_end('Z', order)}"]
         moved |= {"LANE_DECK_Y": ("Y", "Y0"), "LANE_DECK_V": ("Z", "Z0")}
         found |= {"LANE_DECK_Y_END": "Y", "LANE_DECK_V_END": "Z"}
     found |= {"LANE_HOLDS": "1.0 if holds else 0.0"} if terms.hysteresis else {}
@@ -181,7 +172,7 @@ def free_source(terms: Free) -> str:
     names = {"time": "LANE_TIME", "y0": "LANE_U0", "v0": "LANE_W0", "K": "LANE_K", "G": "LANE_G", "until": "LANE_UNTIL"}
     body = read(names | _WAVE | _PATH | {"fresh": "LANE_FRESH"} | (_MOTION | _DECK if terms.deck else {}))
     body += ["omega2 = omega * omega", *harmonic("amp_sin", "amp_cos"), "at_p = pace * time - origin", "rate_p = pace"]
-    body += [*read_block("piece_y", "LANE_PATH"), *shifted("p", "piece_y")]
+    body += [*read_block("piece_y", "LANE_PATH"), *common.shifted("p", "piece_y")]
     fast = "np.sqrt(K) + G + abs(omega)" + (" + np.sqrt(deck_stiff) + deck_drag" if terms.deck else "")
     body += [f"x = min(min(16.0, 2.0 / max({fast}, 0.001)), until - time)", f"{at('LANE_LENGTH')} = x"]
     rows = {"LANE_Y": "y", "LANE_V": "v"} | ({"LANE_U": "Y", "LANE_W": "Z"} if terms.deck else {})

@@ -9,36 +9,17 @@ it makes one step. One in time makes one step, and leaves its series. The argume
 from __future__ import annotations
 
 from wheeltapper.march.layout import FLIGHT_ORDER
-from wheeltapper.march.steps.common import (
-    POWERS,
-    STEADY,
-    at_end,
-    begins,
-    change,
-    ends,
-    fastest,
-    follows_force,
-    gains,
-    last_terms,
-    over_path,
-    powers_of_length,
-    shifted,
-)
+from wheeltapper.march.steps import common
 from wheeltapper.march.steps.derive import coefficients, needed, quick_coefficients
 from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms, contact, free
 
 LEAST = 1e-14
-"""Share of the time that has passed which a step takes at least, or the march has a look at it."""
+"""Share of the time that has passed (and of its unit) that a step takes at least, or the march has a look at it."""
 LOGGED = {
     "PHASE": "CONTACT", "TIME": "time", "A": "u0", "B": "w0", "DECK_Y": "0.0", "DECK_V": "0.0",
     "PIECE": "S[STATE + PIECE]", "SHIFT": "S[STATE + SHIFT]", "ON_DECK": "S[STATE + ON_DECK]", "LENGTH": "h1",
 }  # fmt: skip
 """What is logged of a step, without a deck, a law that yields or a damper's end."""
-
-
-def _given(name: str, entry: str, degree: str, first: str = "0.0") -> list[str]:
-    """Return the lines that read a polynomial up to its degree; `first` is what it is where it has none."""
-    return [f"{name}{k} = {entry} + {k}] if {degree} >= {k} else {'0.0' if k else first}" for k in POWERS]
 
 
 def _in_memory(terms: Terms | Free) -> dict[str, str]:
@@ -81,12 +62,12 @@ def _prologue(terms: Terms, order: int) -> list[str]:
     if terms.path == BENT:
         out += ["scale, lift = pieces[piece, SCALE], numbers[LIFT]"]
         out += ["degree, factor_degree = int(S[HERE_DEGREE]), int(S[HERE_FACTOR_DEGREE])"]
-        out += _given("piece_y", "lift * pieces[piece, COEFFICIENT", "degree")
-    out += _given("piece_b", "pieces[piece, FACTOR", "factor_degree", "1.0") if terms.factor else []
+        out += common.given_polynomial("piece_y", "lift * pieces[piece, COEFFICIENT", "degree")
+    out += common.given_polynomial("piece_b", "pieces[piece, FACTOR", "factor_degree", "1.0") if terms.factor else []
     if terms.path != FLAT:
         out += ["omega, number = S[HERE_OMEGA], pieces[piece, WAVENUMBER]"]
         out += ["amp_sin, amp_cos = S[HERE_AMP_SIN], S[HERE_AMP_COS]"]
-        out += gains(terms)
+        out += common.gains(terms)
     return out
 
 
@@ -94,44 +75,48 @@ def _start(terms: Terms) -> list[str]:
     """Return the lines for what the series begin with and for the path, at the start of each step."""
     out = [f"{name} = {entry}" for name, entry in _in_memory(terms).items()]
     if terms.path == BENT:
-        out += ["at_y, rate_y = (pace * time - origin) / scale, pace / scale", *over_path(terms)]
+        out += ["at_y, rate_y = (pace * time - origin) / scale, pace / scale", *common.over_path(terms)]
     if terms.path != FLAT:
         out += [
             "angle = number * (pace * time - origin)",
             "wave0, rise0 = harmonic_at(gain_sin, gain_cos, omega, angle)",
         ]
     if terms.yields:
-        out += [f"terms{k} = S[HERE_LAW + {k}]" for k in POWERS] + _given(
+        out += [f"terms{k} = S[HERE_LAW + {k}]" for k in common.POWERS] + common.given_polynomial(
             "r", "S[HERE_RESIDUAL", "S[HERE_RESIDUAL_DEGREE]"
         )
         out += ["rate_law = 1.0 / S[HERE_LAW_SCALE]", "at_law = rate_law * (u0 * u0 + r0 - S[HERE_LAW_CENTRE])"]
-        out += shifted("law", "terms")
-    return [*out, *begins(terms)]
+        out += common.shifted("law", "terms")
+    return [*out, *common.begins(terms)]
 
 
 def _length(terms: Terms, order: int) -> list[str]:
     """Return the lines for the step's length, and its powers."""
-    half = len(last_terms(terms, 0)) // 2
-    groups = [part for n in (order - 1, order) for part in (last_terms(terms, n)[:half], last_terms(terms, n)[half:])]
+    half = len(common.last_terms(terms, 0)) // 2
+    groups = [
+        part
+        for n in (order - 1, order)
+        for part in (common.last_terms(terms, n)[:half], common.last_terms(terms, n)[half:])
+    ]
     parts = ", ".join(group[0] if half == 1 else f"max({', '.join(group)})" for group in groups)
-    reach = f"stable_step({order}, steplength({order}, {parts}, goal), {fastest(terms)})"
+    reach = f"stable_step({order}, steplength({order}, {parts}, goal), {common.fastest(terms)})"
     if terms.end:
         few = order - 2
         last = ", ".join(f"abs({name}{n})" for n in (few - 1, few) for name in "uw")
         reach = f"min({reach}, steplength({few}, {last}, earlier))"
         reach = f"min({reach}, steplength_of_bush({order}, bush, abs(e{order - 1}), abs(e{order}), goal))"
-    return [f"h1 = {reach}", *powers_of_length(order)]
+    return [f"h1 = {reach}", *common.powers_of_length(order)]
 
 
 def _goes_on(terms: Terms, order: int) -> list[str]:
     """Return the lines for whether nothing may happen within the step."""
     out = []
-    goes = [f"calm and (ceiling == inf or ({STEADY}))" if follows_force(terms) else "calm"]
-    goes += [f"floor < u and u < ceiling and time + t < until and t > {LEAST!r} * time"]
+    goes = [f"calm and (ceiling == inf or ({common.STEADY}))" if common.follows_force(terms) else "calm"]
+    goes += [f"floor < u and u < ceiling and time + t < until and t > {LEAST!r} * (1.0 + time)"]
     goes += ["holds"] if terms.hysteresis else []
     if terms.end:
         for name, last in (("x", order), ("v", order - 1), ("e", order)):
-            out += [f"sway_{name} = {change(name, last)}", f"{name} = {at_end(name, last)}"]
+            out += [f"sway_{name} = {common.change(name, last)}", f"{name} = {common.at_end(name, last)}"]
         goes += ["2.0 * place_floor < x0 + x - sway_x and x0 + x + sway_x < 2.0 * place_ceiling"]
         held = "gives * (heading * (e0 + e) - sway_e) + (1.0 - gives) * (heading * (v0 + v) - sway_v)"
         goes += [f"(heading == 0.0 or {held} > SAME_PLACE)"]
@@ -160,27 +145,29 @@ def source(terms: Terms, order: int) -> str:
     derived = (quick_coefficients if waits else coefficients)(contact(terms), order)
     derived = [line for line in derived if not line.startswith("w0 = ")]  # it is given
     rows = _rows(terms, order)
-    within = {row: rows[row] for row in rows if row not in ("N", "DEPTH") or (row == "N" and follows_force(terms))}
+    within = {
+        row: rows[row] for row in rows if row not in ("N", "DEPTH") or (row == "N" and common.follows_force(terms))
+    }
     looped = needed(derived, _names(within))
     behind = [line for line in needed(derived, _names(rows)) if line not in set(looped)]
     logged, carried = dict(LOGGED), {"time": "time + t", "u0": "u", "w0": "w"}
-    carried |= {place: at_end(name[0], order) for name, place in _in_memory(terms).items()}
+    carried |= {place: common.at_end(name[0], order) for name, place in _in_memory(terms).items()}
     if terms.deck:
         logged |= {"DECK_Y": "Y0", "DECK_V": "Z0"}
     if terms.yields:
         logged["PHASE"] = "S[STATE + PHASE]"
     if terms.end:
         logged |= {"END_MODE": "S[STATE + END_MODE]", "END_PLACE": "S[STATE + END_PLACE]", "END_DEFLECTION": "e0"}
-    loop = [*_start(terms), *looped, *_length(terms, order), *ends(terms, order)]
+    loop = [*_start(terms), *looped, *_length(terms, order), *common.ends(terms, order)]
     loop += [*_goes_on(terms, order), "if row >= limit or not goes:"]
     ends_at = {"Y0": "NEXT_Y", "Z0": "NEXT_Z", "e0": "NEXT_BUSH"}
-    last = [f"S[{ends_at[name]}] = {at_end(name[0], order)}" for name in _in_memory(terms)]
+    last = [f"S[{ends_at[name]}] = {common.at_end(name[0], order)}" for name in _in_memory(terms)]
     loop += ["    break", *(f"steps[row, {column}] = {value}" for column, value in logged.items()), "row += 1"]
     loop += [f"{name} = {value}" for name, value in carried.items()]
     out = [f"S[STATE + {column}] = {logged[column]}" for column in ("TIME", "A", "B")] + ["S[COUNT] = row"]
     out += ["S[HERE_PHASE0] = angle"] if terms.path != FLAT else []
-    out += [f"S[HERE_POLY + {k}] = y{k}" for k in POWERS] if terms.path == BENT else []
-    out += [f"S[HERE_FACTOR + {k}] = b{k}" for k in POWERS] if terms.factor else []
+    out += [f"S[HERE_POLY + {k}] = y{k}" for k in common.POWERS] if terms.path == BENT else []
+    out += [f"S[HERE_FACTOR + {k}] = b{k}" for k in common.POWERS] if terms.factor else []
     out += [
         *last,
         *behind,
@@ -201,8 +188,8 @@ def free_source(terms: Free) -> str:
     rows |= {"Y": ("Y", order), "Z": ("Z", order)} if terms.deck else {}
     rows |= {"BUSH": ("e", order)} if terms.end else {}
     body = ["y0, v0 = S[STATE + A], S[STATE + B]", *(f"{name} = {entry}" for name, entry in _in_memory(terms).items())]
-    body += [*_deck_and_end(terms), *_given("p", "S[HERE_POLY", "S[HERE_DEGREE]")]
-    body += _given("b", "S[HERE_FACTOR", "S[HERE_FACTOR_DEGREE]", "1.0") if terms.bonded else []
+    body += [*_deck_and_end(terms), *common.given_polynomial("p", "S[HERE_POLY", "S[HERE_DEGREE]")]
+    body += common.given_polynomial("b", "S[HERE_FACTOR", "S[HERE_FACTOR_DEGREE]", "1.0") if terms.bonded else []
     body += ["omega = S[HERE_OMEGA]", "omega2 = omega * omega"]
     body += ["wave0, rise0 = harmonic_at(S[HERE_AMP_SIN], S[HERE_AMP_COS], omega, S[HERE_PHASE0])"]
     body += [*needed(coefficients(free(terms), order), _names(rows)), *_stored(rows)]

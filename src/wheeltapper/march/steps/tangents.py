@@ -1,11 +1,12 @@
-"""The source of functions that differentiate steps in contact, eight steps at a time.
+"""The source of functions that differentiate steps: eight steps at a time, or one step in eight directions.
 
-The lines of a step in lanes are differentiated one by one: sums and products, and the composition of a polynomial with
-t(s) by its chain rule. So values and tangents have one description. Each kind of step becomes
+The lines of a step are differentiated one by one: sums and products, and the composition of a polynomial with t(s) by
+its chain rule. So values and tangents have one description. Each kind of step in contact becomes
 
 base     the series of eight steps of known length; what the tangents need of them is kept in L
 along    one direction: how t, u, w and the deck's motion at the end of the step change, at fixed s
 turn     over a bent path: how forcing and factor, as polynomials about the step's start, change with parameters
+turned   of one step: how its series change in eight directions, at fixed s; of a step in time, at fixed time
 """
 
 from __future__ import annotations
@@ -14,11 +15,13 @@ import ast
 import re
 from collections.abc import Iterable
 
+from wheeltapper.march.layout import FLIGHT_ORDER
 from wheeltapper.march.program import MAX_DEGREE
-from wheeltapper.march.steps.common import POWERS, at_end, over_path, powers_of_length, time_at_end
-from wheeltapper.march.steps.derive import total
-from wheeltapper.march.steps.equations import BENT, FLAT, Terms, contact
+from wheeltapper.march.steps import common
+from wheeltapper.march.steps.derive import coefficients, total
+from wheeltapper.march.steps.equations import BENT, FLAT, Free, Terms, contact, free
 from wheeltapper.march.steps.lanes import at, function, given, read, read_block, series
+from wheeltapper.march.steps.tape import Tape
 
 ENDS = {"t": "T", "u": "U", "w": "W", "Y": "DECK_Y", "Z": "DECK_V"}
 """What a step leads to, and how its rows are called."""
@@ -123,17 +126,38 @@ def _needed(lines: list[Line], wanted: Iterable[str]) -> list[Line]:
 
 def _values(terms: Terms, order: int) -> list[Line]:
     """Return the assignments of a step of known length h1."""
-    out = [*given(terms), *read({"h1": "LANE_LENGTH"}), *series(terms, order)]
-    for one, polynomial in contact(terms).compositions.items():
-        slopes = [f"{k + 1}.0 * {polynomial}{k + 1}" for k in range(MAX_DEGREE)]
-        out += [f"slope_{polynomial}{k} = {slope}" for k, slope in enumerate(slopes)]
-        powers = contact(terms).powers
+    out = [*given(terms), *read({"h1": "LANE_LENGTH"}), *series(terms, order), *_bends(contact(terms), order)]
+    out += [*common.powers_of_length(order), f"t = {common.time_at_end(order)}"]
+    return _split([*out, *(f"{name} = {common.at_end(name, order)}" for name in ends_of(terms)[1:])])
+
+
+def _bends(tape: Tape, order: int) -> list[str]:
+    """Return the lines for the derivatives, by the time, of what is a polynomial of the time."""
+    out = []
+    for one, polynomial in tape.compositions.items():
+        out += [f"slope_{polynomial}{k} = {k + 1}.0 * {polynomial}{k + 1}" for k in range(MAX_DEGREE)]
         for n in range(order):
             bend = [f"slope_{polynomial}0"] if n == 0 else []
-            bend += [f"slope_{polynomial}{k} * {powers[k].name}{n}" for k in POWERS[1:-1] if powers[k].has(n)]
+            bend += [
+                f"slope_{polynomial}{k} * {tape.powers[k].name}{n}"
+                for k in common.POWERS[1:-1]
+                if tape.powers[k].has(n)
+            ]
             out.append(f"bend_{one}{n} = {total(bend)}")
-    out += [*powers_of_length(order), f"t = {time_at_end(order)}"]
-    return _split([*out, *(f"{name} = {at_end(name, order)}" for name in ends_of(terms)[1:])])
+    return out
+
+
+def _moved(tape: Tape, order: int) -> dict[str, str]:
+    """Return the derivatives of what is a polynomial of the time, by name: the polynomial changes, and the time."""
+    out = {}
+    for one, polynomial in tape.compositions.items():
+        for n in range(order):
+            moved = [f"d{polynomial}0"] if n == 0 else []
+            moved += [
+                f"d{polynomial}{k} * {tape.powers[k].name}{n}" for k in common.POWERS[1:] if tape.powers[k].has(n)
+            ]
+            out[f"{one}{n}"] = total([*moved, *(f"bend_{one}{k} * dt{n - k}" for k in range(n + 1))])
+    return out
 
 
 def _turning(terms: Terms) -> dict[str, str]:
@@ -151,20 +175,16 @@ def _along(terms: Terms, order: int, lines: list[Line]) -> list[Line]:
     """Return the assignments for one direction."""
     before = [("dt0", at("LANE_OF_TIME"))]
     before += [(f"d{name}", at(f"LANE_OF_{row}")) for name, row in _turning(terms).items()]
-    active, told = {"t0", *_turning(terms)}, {}
+    active = {"t0", *_turning(terms)}
     if terms.path != FLAT:
         before += [("dphase", f"{at('LANE_OF_PHASE')} + omega * dt0"), ("ds", "c * dphase"), ("dc", "-(s * dphase)")]
         active |= {"s", "c"}
     tape = contact(terms)
-    for one, polynomial in tape.compositions.items():
+    for polynomial in tape.compositions.values():
         row = {"c": "LANE_OF_FORCING", "b": "LANE_OF_FACTOR_HERE"}[polynomial]
-        before += [(f"d{polynomial}{k}", at(row, k)) for k in POWERS]
-        active |= {f"{polynomial}{k}" for k in POWERS}
-        for n in range(order):
-            moved = [f"d{polynomial}0"] if n == 0 else []
-            moved += [f"d{polynomial}{k} * {tape.powers[k].name}{n}" for k in POWERS[1:] if tape.powers[k].has(n)]
-            told[f"{one}{n}"] = total([*moved, *(f"bend_{one}{k} * dt{n - k}" for k in range(n + 1))])
-    made = _rates(lines, active, told)
+        before += [(f"d{polynomial}{k}", at(row, k)) for k in common.POWERS]
+        active |= {f"{polynomial}{k}" for k in common.POWERS}
+    made = _rates(lines, active, _moved(tape, order))
     made = [(name, f"dt0 + {code}" if name == "dt" else code) for name, code in made]
     return _needed([*before, *made], {f"d{name}" for name in ends_of(terms)})
 
@@ -202,14 +222,108 @@ def turn_source() -> str:
     """Return the function that turns changes of a path into those of polynomials about the step's start."""
     names = {"time": "LANE_TIME", "K": "LANE_K", "G": "LANE_G", "pace": "LANE_PACE", "origin": "LANE_ORIGIN"}
     out = [*read(names), "at_y = pace * time - origin", "rate_y = pace", *read_block("piece_y", "LANE_PATH")]
-    lines = _split([*out, *read_block("piece_b", "LANE_FACTOR"), *over_path(Terms(BENT))])
+    lines = _split([*out, *read_block("piece_b", "LANE_FACTOR"), *common.over_path(Terms(BENT))])
     rows = {"K": "K", "G": "G", "rate_y": "PACE", "at_y": "AHEAD"}
     before = [(f"d{name}", at(f"LANE_OF_{row}")) for name, row in rows.items()]
-    for k in POWERS:
+    for k in common.POWERS:
         before += [(f"dpiece_y{k}", at("LANE_OF_PATH", k)), (f"dpiece_b{k}", at("LANE_OF_FACTOR", k))]
     made = _rates(lines, {name[1:] for name, _ in before}, {})
-    ends = [(f"dc{k}", at("LANE_OF_FORCING", k)) for k in POWERS]
-    ends += [(f"db{k}", at("LANE_OF_FACTOR_HERE", k)) for k in POWERS]
+    ends = [(f"dc{k}", at("LANE_OF_FORCING", k)) for k in common.POWERS]
+    ends += [(f"db{k}", at("LANE_OF_FACTOR_HERE", k)) for k in common.POWERS]
     body = [f"{name} = {code}" for name, code in _needed([*lines, *before, *made], {name for name, _ in ends})]
     body += [f"{place} = {name}" for name, place in ends]
     return function("turn_path", "Find how forcing and factor change about the step's start.", body)
+
+
+# -- one step in eight directions --------------------------------------------------------------------------------------
+
+
+_MOTION = {"Y0": ("DECK_Y", "DY"), "Z0": ("DECK_V", "DZ")}
+_DECK = {"mass": "DECK_MASS", "bearing": "DECK_STIFFNESS", "dashpot": "DECK_DAMPING", "loaded": "PRESTRESS"}
+
+
+def _one_given(deck: bool, motion: dict[str, tuple[str, str]], numbers: dict[str, str]) -> tuple[list[str], list[Line]]:
+    """Return the lines that read a state and the numbers, and those that read their changes."""
+    motion, numbers = motion | (_MOTION if deck else {}), numbers | (_DECK if deck else {})
+    lines = [f"{name} = S[STATE + {column}]" for name, (column, _) in motion.items()]
+    lines += [f"{name} = numbers[{entry}]" for name, entry in numbers.items()]
+    changes = [(f"d{name}", f"carried[{row}, i]") for name, (_, row) in motion.items()]
+    changes += [(f"d{name}", f"turns[{entry}, i]") for name, entry in numbers.items()]
+    if deck:
+        lines += ["on = S[STATE + ON_DECK]", "per_mass = 1.0 / mass", "deck_stiff = per_mass * bearing"]
+        lines += ["deck_drag = per_mass * dashpot", "share = on * per_mass", "prestress = share * loaded"]
+    return lines, changes
+
+
+def _wave(changes: list[Line]) -> list[str]:
+    """Return the lines that read the path's harmonic; those that read its changes are added."""
+    names = {"amp_sin": "HERE_AMP_SIN", "amp_cos": "HERE_AMP_COS", "omega": "HERE_OMEGA"}
+    changes += [(f"d{name}", f"D[{entry}, i]") for name, entry in names.items()]
+    out = [f"{name} = S[{entry}]" for name, entry in names.items()]
+    return [*out, "phase = S[HERE_PHASE0]", "s = sin(phase)", "c = cos(phase)"]
+
+
+def _polynomial(name: str, entry: str, degree: str, changes: list[Line], first: str = "0.0") -> list[str]:
+    """Return the lines that read a polynomial; those that read its changes are added."""
+    changes += [(f"d{name}{k}", f"D[{entry} + {k}, i] if {degree} >= {k} else 0.0") for k in common.POWERS]
+    return common.given_polynomial(name, f"S[{entry}", degree, first)
+
+
+def _directions(
+    name: str, lines: list[Line], changes: list[Line], made: list[Line], rows: dict[str, tuple[str, int]]
+) -> str:
+    """Return the function: values once, and their changes eight times."""
+    ends = {f"d{series}{n}": f"D[{row} + {n}, i]" for row, (series, last) in rows.items() for n in range(last + 1)}
+    there = {one for one, _ in made} | {one for one, _ in changes}
+    inner = _needed([*changes, *made], ends.keys() & there)
+    outer = _needed(lines, {one for _, code in inner for one in _names_in(code)})
+    body = [*(f"{one} = {code}" for one, code in outer), "for i in range(8):"]
+    body += [f"    {one} = {code}" for one, code in inner]
+    body += [f"    {place} = {one if one in there else '0.0'}" for one, place in ends.items()]
+    return "\n".join([f"def {name}(numbers, turns, carried, S, D):", *("    " + line for line in body), ""])
+
+
+def turned_source(terms: Terms, order: int) -> str:
+    """Return the function for the changes of a step's series at fixed s: T, U, W, Y, Z, and N."""
+    numbers = {"K": "STIFFNESS", "G": "DAMPING", "quadratic": "QUADRATIC", "cubic": "CUBIC"}
+    numbers |= {"eta": "HYSTERESIS"} if terms.hysteresis else {}
+    lines, changes = _one_given(terms.deck, {"u0": ("A", "DA"), "w0": ("B", "DB")}, numbers)
+    changes += [("dt0", "carried[DT, i]")]
+    lines += ["degree = S[HERE_DEGREE]", "factor_degree = S[HERE_FACTOR_DEGREE]"]
+    if terms.path == BENT:
+        lines += _polynomial("y", "HERE_POLY", "degree", changes) + [
+            f"c{k} = {common.forcing(k)}" for k in common.POWERS
+        ]
+        lines += _polynomial("b", "HERE_FACTOR", "factor_degree", changes, "1.0")
+    else:
+        lines += ["y0 = S[HERE_POLY]", "f0 = 1.0 + K * y0"]
+        changes += [("dy0", "D[HERE_POLY, i]")]
+    if terms.path != FLAT:
+        lines += [*_wave(changes), *common.gains(terms), "wave0 = gain_sin * s + gain_cos * c"]
+        lines += ["rise0 = omega * (gain_sin * c - gain_cos * s)"]
+        changes += [("dphase", "D[HERE_PHASE0, i] + omega * dt0"), ("ds", "c * dphase"), ("dc", "-(s * dphase)")]
+    tape = contact(terms)
+    split = _split([*lines, *series(terms, order), *_bends(tape, order)])
+    told = _moved(tape, order) | {"per_mass": "-(per_mass * per_mass * dmass)"}
+    made = _rates(split, {"t0", *(name[1:] for name, _ in changes)}, told)
+    rows = {"T": ("t", order), "U": ("u", order), "W": ("w", order), "N": ("N", order - 1)}
+    rows |= {"Y": ("Y", order), "Z": ("Z", order)} if terms.deck else {}
+    return _directions(f"turned_{terms.name}_{order}", split, changes, made, rows)
+
+
+def free_turned_source(terms: Free) -> str:
+    """Return the function for the changes of the series of a step in time: U (y), W (v), Y, Z, and N of a bond."""
+    order = int(FLIGHT_ORDER)
+    lines, changes = _one_given(terms.deck, {"y0": ("A", "DA"), "v0": ("B", "DB")}, {"K": "STIFFNESS", "G": "DAMPING"})
+    rows = {"U": ("y", order), "W": ("v", order)} | ({"Y": ("Y", order), "Z": ("Z", order)} if terms.deck else {})
+    if terms.bonded:
+        lines += ["degree = S[HERE_DEGREE]", "factor_degree = S[HERE_FACTOR_DEGREE]"]
+        lines += _polynomial("p", "HERE_POLY", "degree", changes)
+        lines += _polynomial("b", "HERE_FACTOR", "factor_degree", changes, "1.0")
+        lines += [*_wave(changes), "omega2 = omega * omega", "wave0 = amp_sin * s + amp_cos * c"]
+        lines += ["rise0 = omega * (amp_sin * c - amp_cos * s)"]
+        changes += [("dphase", "D[HERE_PHASE0, i]"), ("ds", "c * dphase"), ("dc", "-(s * dphase)")]
+        rows["N"] = ("N", order)
+    split = _split([*lines, *coefficients(free(terms), order)])
+    made = _rates(split, {name[1:] for name, _ in changes}, {"per_mass": "-(per_mass * per_mass * dmass)"})
+    return _directions(f"turned_{terms.name}_{order}", split, changes, made, rows)

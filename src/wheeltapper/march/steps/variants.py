@@ -33,6 +33,8 @@ FREE = tuple(
 """What a step in time may have, by the number of its function, counted from FLIES."""
 ONE_WHEEL = FLIES + len(FREE)
 """How many functions one wheel has."""
+TURNED = OF_YIELDING + len(FREE)
+"""How many functions differentiate its steps: those of elastic contacts, then those of steps in time."""
 
 
 def _numbered(*counts: int) -> tuple[int, ...]:

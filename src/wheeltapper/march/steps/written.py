@@ -16,25 +16,16 @@ from typing import Any
 
 import numpy as np
 
-from wheeltapper.march import lane_rows, layout, steplength
+from wheeltapper.march import lane_rows, layout, steplength, tangent_path
 from wheeltapper.march import program as contract
 from wheeltapper.march.compiling.sources import STEPS as FOLDER
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.series import harmonic_at
 from wheeltapper.march.steps import lanes, scalar, tangents, variants
-from wheeltapper.march.steps.calling import EIGHT, ONE, address_of
+from wheeltapper.march.steps.calling import EIGHT, ONE, TURNED, address_of
 from wheeltapper.march.steps.equations import Free
-from wheeltapper.march.steps.variants import (
-    FLIES,
-    FREE,
-    IN_LANES,
-    OF_YIELDING,
-    ONE_WHEEL,
-    VARIANTS,
-    variants_of_cells,
-    variants_over,
-)
+from wheeltapper.march.steps.variants import FLIES, FREE, OF_YIELDING, VARIANTS, variants_of_cells, variants_over
 
 FORGIVEN = 2.0
 """Binary logarithm of how much larger than by a steady decay earlier terms may be before they shorten a step."""
@@ -72,6 +63,13 @@ def source_in_lanes(number: int, order: int) -> str:
     return base if number < variants.ALONGS else along
 
 
+def source_of_tangents(number: int, order: int) -> str:
+    """Return the source of a function that differentiates a step of one wheel."""
+    if number < OF_YIELDING:
+        return tangents.turned_source(VARIANTS[number], order)
+    return tangents.free_turned_source(FREE[number - OF_YIELDING])
+
+
 @cache
 def compiled(code: str) -> Any:
     """Return a function of one's own source, ready to be compiled; tracebacks and debuggers see its lines."""
@@ -79,6 +77,7 @@ def compiled(code: str) -> Any:
     file = str(FOLDER / f"{name}.py")
     linecache.cache[file] = len(code), None, code.splitlines(keepends=True), file
     made: dict[str, Any] = vars(contract) | vars(layout) | vars(lane_rows) | vars(math) | vars(steplength)
+    made |= vars(tangent_path)
     made |= {"harmonic_at": harmonic_at, "np": np, "FORGIVEN": FORGIVEN, "SAME_PLACE": SAME_PLACE, "__name__": __name__}
     exec(compile(code, file, "exec"), made)
     return kernel(made[name])
@@ -104,13 +103,14 @@ class _Functions:
         return found
 
 
-one_wheel = _Functions(ONE_WHEEL, source, ONE)
-in_lanes = _Functions(IN_LANES, source_in_lanes, EIGHT)
+one_wheel = _Functions(variants.ONE_WHEEL, source, ONE)
+in_lanes = _Functions(variants.IN_LANES, source_in_lanes, EIGHT)
+of_one_wheel = _Functions(variants.TURNED, source_of_tangents, TURNED)
 
 
 def write_all(order: int) -> None:
     """Write all functions of an order that are not there yet."""
-    for functions in (one_wheel, in_lanes):
+    for functions in (one_wheel, in_lanes, of_one_wheel):
         functions.with_bits(order, functions.all)
 
 
@@ -118,7 +118,7 @@ def _scratch(order: int, needed: int) -> FloatArray:
     """Return scratch memory with the functions of one wheel whose bits are set."""
     S = np.zeros(layout.SCRATCH)
     S[[layout.U_CEILING, layout.PLACE_FLOOR, layout.PLACE_CEILING]] = np.inf, -np.inf, np.inf
-    S[layout.FUNCTIONS : layout.FUNCTIONS + ONE_WHEEL] = one_wheel.with_bits(order, needed)
+    S[layout.FUNCTIONS : layout.FUNCTIONS + variants.ONE_WHEEL] = one_wheel.with_bits(order, needed)
     return S
 
 
@@ -134,9 +134,26 @@ def _order_of_cells(numbers: FloatArray) -> int:
     return int(numbers[0, contract.ORDER]) if len(numbers) else contract.DEFAULT_ORDER
 
 
-def scratch_of_cells(numbers: FloatArray, pieces: FloatArray) -> FloatArray:
-    """Return scratch memory for the marches of cells (cells, NUMBERS), all of one order, over these pieces."""
-    return _scratch(_order_of_cells(numbers), variants_of_cells(numbers, pieces))
+def scratch_of_cells(numbers: FloatArray, pieces: FloatArray, turned: bool = False, lossy: bool = False) -> FloatArray:
+    """Return scratch memory for the marches of cells (cells, NUMBERS), all of one order, over these pieces.
+
+    `turned`: with tangents; `lossy`: by the hysteresis of their contacts, too.
+    """
+    order, needed = _order_of_cells(numbers), variants_of_cells(numbers, pieces)
+    S = _scratch(order, needed)
+    if turned:
+        bits = _turned_kinds(needed, lossy) | needed >> FLIES << OF_YIELDING
+        S[layout.DERIVATIVES : layout.DERIVATIVES + variants.TURNED] = of_one_wheel.with_bits(order, bits)
+    return S
+
+
+def _turned_kinds(needed: int, lossy: bool) -> int:
+    """Return the kinds of elastic contacts that are differentiated; what they are differentiated by counts as there."""
+    kinds = needed & ((1 << OF_YIELDING) - 1)
+    if lossy:
+        plain = sum(1 << one for one in range(OF_YIELDING) if not VARIANTS[one].hysteresis)
+        kinds = (kinds | (kinds & plain) << variants.OF_LOSSY) & ~plain
+    return kinds
 
 
 def functions_of_cells(numbers: FloatArray, pieces: FloatArray) -> FloatArray:
@@ -148,9 +165,6 @@ def functions_of_cells(numbers: FloatArray, pieces: FloatArray) -> FloatArray:
 
 def tangents_of_cells(numbers: FloatArray, pieces: FloatArray, lossy: bool) -> FloatArray:
     """Return the addresses of the functions that differentiate their steps; `lossy`: by their hysteresis, too."""
-    kinds = variants_of_cells(numbers, pieces) & ((1 << OF_YIELDING) - 1)
-    if lossy:
-        plain = sum(1 << one for one in range(OF_YIELDING) if not variants.is_lossy.py_func(one))
-        kinds = (kinds | (kinds & plain) << variants.OF_LOSSY) & ~plain
+    kinds = _turned_kinds(variants_of_cells(numbers, pieces), lossy)
     bits = kinds << int(variants.BASES) | kinds << int(variants.ALONGS) | 1 << int(variants.TURN_PATH)
     return in_lanes.with_bits(_order_of_cells(numbers), bits)
