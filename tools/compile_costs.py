@@ -31,7 +31,9 @@ class Timed(telling.Compilation):
         self.kernel = kernel
 
     def end(self) -> None:
-        """Keep the time."""
+        """Keep the time; of kernels that have one entry together none is kept."""
+        if self._is_one_of_many:
+            return
         self.took[self.kernel] = max(self.took.get(self.kernel, 0.0), time.perf_counter() - self.begin)
         super().end()
 

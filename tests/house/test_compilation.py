@@ -495,6 +495,16 @@ def test_what_is_compiled_is_told_with_its_time(at_pace, tmp_path, capsys):
     assert capsys.readouterr().err == "wheeltapper: compiling margin.unknown for this machine, once\n"
 
 
+def test_the_many_functions_of_a_folder_are_told_once(at_pace, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(telling, "costs", lambda: {"steps": {"what": "a wheel's steps", "seconds": 0.9}})
+    monkeypatch.setattr(telling, "_said", set())
+    for name in ("steps.flat_12.flat_12", "steps.wave_12.wave_12", "margin.other"):
+        with telling.told(name, tmp_path):
+            pass
+    lines = ["compiling a wheel's steps for this machine, once", "compiling margin.other for this machine, once"]
+    assert capsys.readouterr().err.splitlines() == [f"wheeltapper: {line}" for line in lines]
+
+
 def test_the_bar_of_a_compilation_goes_on_with_time_and_never_beyond_its_end(at_pace, tmp_path, monkeypatch):
     heard, clock = [], iter([0.0, 0.0, 3.0, 100.0, 100.0])
     monkeypatch.setattr(telling.time, "perf_counter", lambda: next(clock))

@@ -291,14 +291,14 @@ LANED = VARIANTS[:OF_YIELDING]
 @pytest.mark.parametrize("terms", LANED, ids=lambda terms: terms.name)
 def test_coefficients_in_lanes_are_those_of_50_digits_and_lengths_those_of_one_wheel(terms, order):
     L, alone = eight(np.random.default_rng([LANED.index(terms), order, 1]), terms)
-    written.compiled(lanes.contact_source(terms, order)).py_func(L)
+    written.interpreted(lanes.contact_source(terms, order))(L)
     rows = {"u": (at.LANE_U, order + 1), "w": (at.LANE_W, order + 1)}
     rows |= {"Y": (at.LANE_Y, order + 1), "Z": (at.LANE_V, order + 1)} if terms.deck else {}
     rows |= {"N": (at.LANE_N, order)} if terms.path == BENT or terms.hysteresis else {}
     for i, (numbers, pieces, S) in enumerate(alone):
         exact = Exact(numbers, pieces, S, terms).contact(order)
         assert worst(series_in_lane(L, i, rows), exact, rows) < 1e-14
-        found = written.compiled(scalar.source(terms, order)).py_func(numbers, pieces, inf, 0, pieces, S)
+        found = written.interpreted(scalar.source(terms, order))(numbers, pieces, inf, 0, pieces, S)
         if terms.path == BENT or terms.hysteresis or terms.deck:
             assert L[at.LANE_LENGTH + i] == pytest.approx(found[0], rel=1e-12)
         ends = L[[at.LANE_LENGTH + i, at.LANE_T_END + i, at.LANE_U_END + i, at.LANE_W_END + i]]
@@ -309,7 +309,7 @@ def test_coefficients_in_lanes_are_those_of_50_digits_and_lengths_those_of_one_w
 def test_flights_in_lanes_are_those_of_50_digits(deck):
     terms, order = Free(deck=deck), int(layout.FLIGHT_ORDER)
     L, alone = eight(np.random.default_rng(4), terms)
-    written.compiled(lanes.free_source(terms)).py_func(L)
+    written.interpreted(lanes.free_source(terms))(L)
     rows = {"u": (at.LANE_Y, order + 1), "w": (at.LANE_V, order + 1), "clear": (at.LANE_POLYNOMIAL, order + 1)}
     rows |= {"Y": (at.LANE_U, order + 1), "Z": (at.LANE_W, order + 1)} if deck else {}
     for i, (numbers, pieces, S) in enumerate(alone):
@@ -333,7 +333,7 @@ TURNED = {
 def ends_of_steps(base, L, rows):
     """Time, u, w and the deck's motion at the ends of eight steps of known length."""
     L = L.copy()
-    base.py_func(L)
+    base(L)
     ends = np.array([L[row : row + 8] for row in rows])
     ends[0] += L[at.LANE_TIME : at.LANE_TIME + 8]
     return L, ends
@@ -364,12 +364,12 @@ def test_tangents_of_steps_in_lanes_are_differences_of_their_ends(terms, order):
         for block in ("PATH", "FACTOR"):
             first, of, many = getattr(at, f"LANE_{block}"), getattr(at, f"LANE_OF_{block}"), 8 * program.TERMS
             change[first : first + many] = L[of : of + many] = 0.1 * rng.uniform(-1, 1, many)
-        written.compiled(tangents.turn_source()).py_func(L)
-    base, along = (written.compiled(code) for code in tangents.pair(terms, order))
+        written.interpreted(tangents.turn_source())(L)
+    base, along = (written.interpreted(code) for code in tangents.pair(terms, order))
     names = ("T", "U", "W", "DECK_Y", "DECK_V")[: 5 if terms.deck else 3]
     rows = [getattr(at, f"LANE_{name}_END") for name in names]
     based, _ = ends_of_steps(base, L, rows)
-    along.py_func(based)
+    along(based)
     found = np.array([based[row : row + 8] for row in (getattr(at, f"LANE_OF_{name}_END") for name in names)])
     step = 1e-3
     around = [ends_of_steps(base, L + k * step * change, rows)[1] for k in (-2, -1, 1, 2)]
@@ -444,8 +444,8 @@ def test_a_term_that_cannot_be_felt_changes_nothing(added, method):
 
 
 def test_a_function_s_lines_can_be_read():
-    made = written.compiled(scalar.source(Terms(FLAT), 12))
-    lines = linecache.getlines(made.py_func.__code__.co_filename)
+    made = written.interpreted(scalar.source(Terms(FLAT), 12))
+    lines = linecache.getlines(made.__code__.co_filename)
     assert "".join(lines) == scalar.source(Terms(FLAT), 12)
     assert any(line.strip().startswith("u12 = ") for line in lines)
 

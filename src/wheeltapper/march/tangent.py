@@ -16,23 +16,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from wheeltapper.march import layout, tangent_events, tangent_path
 from wheeltapper.march import program as contract
-from wheeltapper.march import tangent_events, tangent_path
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import inlined_kernel, kernel
-from wheeltapper.march.layout import (
-    DERIVATIVES,
-    FLIGHT_ORDER,
-    HERE_DEGREE,
-    HERE_FACTOR_DEGREE,
-    HERE_OMEGA,
-    N,
-    T,
-    U,
-    W,
-    Y,
-    Z,
-)
+from wheeltapper.march.layout import N, T, U, W, Y, Z
 from wheeltapper.march.program import LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import localise
@@ -41,20 +29,7 @@ from wheeltapper.march.steps.calling import call_turned
 from wheeltapper.march.steps.variants import FLIES, OF_LOSSY, OF_YIELDING, free_variant_of, is_lossy, variant_of
 from wheeltapper.march.tangent_events import AFTER, FIRST, FOURTH, PUSH, SECOND, THIRD
 from wheeltapper.march.tangent_lanes import LINK_ROWS, Links, follow_link, link_steps
-from wheeltapper.march.tangent_path import (
-    CARRIED,
-    DA,
-    DB,
-    DBREAK,
-    DSHIFT,
-    DT,
-    DW,
-    DY,
-    DZ,
-    LANES,
-    localise_tangent,
-    sums_at,
-)
+from wheeltapper.march.tangent_path import DA, DB, DBREAK, DT, DY, DZ, LANES
 from wheeltapper.march.tangent_peaks import is_inside, peaks_inside
 from wheeltapper.march.tangent_samples import sample_tangents
 from wheeltapper.march.tangent_tally import add_impulse, highest_tangent
@@ -80,10 +55,10 @@ def _differentiate(
             number += OF_LOSSY
     else:
         number = free_variant_of(numbers, False) - FLIES + OF_YIELDING
-    if S[DERIVATIVES + number] == 0.0:
+    if S[layout.DERIVATIVES + number] == 0.0:
         D[:] = np.nan  # nobody has written it
         return
-    call_turned(S[DERIVATIVES + number], numbers, turns, carried, S, D)
+    call_turned(S[layout.DERIVATIVES + number], numbers, turns, carried, S, D)
 
 
 @kernel
@@ -93,15 +68,15 @@ def _step_tangents(
 ) -> None:  # fmt: skip
     """Carry the tangents over a localised step, in contact at fixed s; write the motion at its end."""
     contact, deck, x = step[PHASE] == contract.CONTACT, numbers[contract.DECK_MASS] > 0.0, step[LENGTH]
-    order = int(numbers[contract.ORDER]) if contact else int(FLIGHT_ORDER)
+    order = int(numbers[contract.ORDER]) if contact else int(layout.FLIGHT_ORDER)
     _differentiate(pieces, numbers, turns, lossy, step, carried, S, D)
     if contact:
-        sums_at(D, T, order, x, carried[DT])
-    sums_at(D, U, order, x, carried[DA])
-    sums_at(D, W, order, x, carried[DB])
+        tangent_path.sums_at(D, T, order, x, carried[DT])
+    tangent_path.sums_at(D, U, order, x, carried[DA])
+    tangent_path.sums_at(D, W, order, x, carried[DB])
     if deck:
-        sums_at(D, Y, order, x, carried[DY])
-        sums_at(D, Z, order, x, carried[DZ])
+        tangent_path.sums_at(D, Y, order, x, carried[DY])
+        tangent_path.sums_at(D, Z, order, x, carried[DZ])
     end[AFTER] = evaluate(S, T, order, x) if contact else x
     end[FIRST] = evaluate(S, U, order, x)
     end[SECOND] = evaluate(S, W, order, x)
@@ -118,7 +93,7 @@ def repeat_kernel(
     tallied: bool | None, cell: int, links: Links | None,
 ) -> float:  # fmt: skip
     """Do what `tangent_kernel` says; contact steps of `cell` may go from link to link (tangent_lanes.py)."""
-    carried = np.zeros((CARRIED, LANES))
+    carried = np.zeros((tangent_path.CARRIED, LANES))
     before = np.zeros(tangent_events.JOINT)
     behind = np.zeros(tangent_events.JOINT)
     here = np.zeros(PUSH + 1)
@@ -140,7 +115,7 @@ def repeat_kernel(
         lossy = lossy or turns[contract.HYSTERESIS, lane] != 0.0
         carried[DA, lane] = turns[contract.START_HEIGHT, lane] + start[tangent_path.OF_HEIGHT, lane]
         carried[DB, lane] = turns[contract.START_VELOCITY, lane] + start[tangent_path.OF_VELOCITY, lane]
-        carried[DSHIFT, lane] = turns[contract.START_SHIFT, lane]
+        carried[tangent_path.DSHIFT, lane] = turns[contract.START_SHIFT, lane]
         if len(start) > tangent_path.OF_DECK_VELOCITY:
             carried[DY, lane] = start[tangent_path.OF_DECK_HEIGHT, lane]
             carried[DZ, lane] = start[tangent_path.OF_DECK_VELOCITY, lane]
@@ -184,8 +159,8 @@ def repeat_kernel(
             carried[:] = np.nan
         if not (level and step[PIECE] == piece):  # a level piece looks the same from everywhere
             localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
-            localise_tangent(pieces, bends, base, table, numbers, turns, step, carried, S, D)
-            level = S[HERE_DEGREE] == 0.0 and S[HERE_FACTOR_DEGREE] < 0.0 and S[HERE_OMEGA] == 0.0
+            tangent_path.localise_tangent(pieces, bends, base, table, numbers, turns, step, carried, S, D)
+            level = S[layout.HERE_DEGREE] == 0.0 and S[layout.HERE_FACTOR_DEGREE] < 0.0 and S[layout.HERE_OMEGA] == 0.0
             piece = step[PIECE]
         if contact and not begun and not tangent_events.enter_contact(step, carried, S, D):
             gentlest = 0.0
@@ -286,7 +261,9 @@ def repeat_kernel(
                 if broke or not (landed or contact):
                     of_events[event, tangent_path.OF_SIZE, lane] = np.nan
                 else:
-                    of_events[event, tangent_path.OF_SIZE, lane] = carried[DB, lane] if landed else carried[DW, lane]
+                    of_events[event, tangent_path.OF_SIZE, lane] = (
+                        carried[DB, lane] if landed else carried[tangent_path.DW, lane]
+                    )
             event += 1
         if after[PIECE] == step[PIECE] and after[ON_DECK] == step[ON_DECK]:
             continue

@@ -40,7 +40,10 @@ def told_once() -> list[str]:
 
 @cache
 def costs() -> dict[str, dict[str, Any]]:
-    """Return what is known of kernels: `what` they do, and `seconds` that their compilation took on one machine."""
+    """Return what is known of kernels: `what` they do, and `seconds` that their compilation took on one machine.
+
+    A name without a dot stands for each kernel of a module, or of a folder, that has no entry of its own.
+    """
     return tomllib.loads(COSTS.read_text(encoding="utf-8"))
 
 
@@ -89,7 +92,10 @@ class Compilation:
     """
 
     def __init__(self, kernel: str) -> None:
-        known = costs().get(kernel, {})
+        known, self._is_one_of_many = costs().get(kernel), False
+        if known is None:
+            known = costs().get(kernel.partition(".")[0], {})
+            self._is_one_of_many = bool(known)
         self.what = f"compiling {known.get('what', kernel)}"
         self.expected = float(known.get("seconds", 0.0))
         self.seconds = self.expected * pace.factor
@@ -100,7 +106,7 @@ class Compilation:
 
     def _say(self) -> None:
         long = f"; about {self.seconds:.0f} s" if self.seconds >= 1.0 else ""
-        say(f"{self.what} for this machine, once{long}")
+        (say_once if self._is_one_of_many else say)(f"{self.what} for this machine, once{long}")
 
     def tick(self) -> None:
         """Report how much of the time that is expected has passed."""

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+import numba
 import numpy as np
 
 from wheeltapper.march import lane_rows, layout, steplength, tangent_path
@@ -24,6 +25,7 @@ from wheeltapper.march.program import FloatArray
 from wheeltapper.march.series import harmonic_at
 from wheeltapper.march.steps import lanes, scalar, tangents, variants
 from wheeltapper.march.steps.calling import EIGHT, ONE, TURNED, address_of
+from wheeltapper.march.steps.condensed import condensed
 from wheeltapper.march.steps.equations import Free
 from wheeltapper.march.steps.variants import FLIES, FREE, OF_YIELDING, VARIANTS, variants_of_cells, variants_over
 
@@ -70,17 +72,34 @@ def source_of_tangents(number: int, order: int) -> str:
     return tangents.free_turned_source(FREE[number - OF_YIELDING])
 
 
-@cache
-def compiled(code: str) -> Any:
-    """Return a function of one's own source, ready to be compiled; tracebacks and debuggers see its lines."""
+def _known() -> dict[str, Any]:
+    """Return what the names in a source mean."""
+    known = vars(contract) | vars(layout) | vars(lane_rows) | vars(math) | vars(steplength) | vars(tangent_path)
+    own = {"harmonic_at": harmonic_at, "np": np, "FORGIVEN": FORGIVEN, "SAME_PLACE": SAME_PLACE}
+    return known | own | {"__name__": __name__}
+
+
+def interpreted(code: str) -> Any:
+    """Return the function of a source, in Python; tracebacks and debuggers see its lines."""
     name = code[len("def ") : code.index("(")]
     file = str(FOLDER / f"{name}.py")
     linecache.cache[file] = len(code), None, code.splitlines(keepends=True), file
-    made: dict[str, Any] = vars(contract) | vars(layout) | vars(lane_rows) | vars(math) | vars(steplength)
-    made |= vars(tangent_path)
-    made |= {"harmonic_at": harmonic_at, "np": np, "FORGIVEN": FORGIVEN, "SAME_PLACE": SAME_PLACE, "__name__": __name__}
+    made = _known()
     exec(compile(code, file, "exec"), made)
-    return kernel(made[name])
+    return made[name]
+
+
+@cache
+def compiled(code: str) -> Any:
+    """Return the function of a source, ready to be compiled, with calls in place of its long runs."""
+    function = interpreted(code)
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return function
+    made = _known()
+    short, runs = condensed(code, made)
+    made |= runs
+    exec(compile(short, function.__code__.co_filename, "exec"), made)
+    return kernel(made[function.__name__])
 
 
 class _Functions:
