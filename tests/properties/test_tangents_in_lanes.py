@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import wheeltapper as wt
 from tests.properties.test_lanes import CASES, PERIODIC
 from wheeltapper.ask.sensitivity import turns_of
 from wheeltapper.lower.fields import Fields
@@ -154,3 +155,31 @@ def test_a_cell_that_waits_in_vain_has_the_gradients_of_what_it_has_seen():
         assert_close(tangents.events[events], of_events)
         assert_close(tangents.peaks[peaks], of_peaks[: peaks.stop - peaks.start])
     assert 1 < waiting < 12
+
+
+UNDAMPED = wt.Scenario(
+    vehicle=wt.Wheelset(mass=1500, load=95285, stiffness=2.4e6),
+    contact=wt.Hertz(constant=1.9e11, hysteresis=0.0),
+    irregularity=wt.CosineBump(height=0.5e-3, length=50e-3, start=0.01),
+    rolling="point",
+    speed=5,
+    duration=0.05,
+)
+UNDAMPED_DECK = UNDAMPED.replaced({"track": wt.FloatingDeck(mass=15_000, stiffness=1.5e7)})
+
+
+@pytest.mark.parametrize(
+    ("scene", "path", "step"),
+    [
+        (UNDAMPED, "contact.hysteresis", 1e-3), (UNDAMPED, "vehicle.damping", 20.0),
+        (UNDAMPED_DECK, "contact.hysteresis", 1e-3), (UNDAMPED_DECK, "track.damping", 50.0),
+    ],
+    ids=["hysteresis", "damping", "hysteresis on a deck", "damping of a deck"],
+)  # fmt: skip
+def test_a_derivative_by_what_is_zero_is_that_of_what_is_not(scene, path, step):
+    """Without the term another function makes the steps; what is differentiated counts as there."""
+    force = wt.features.largest_force()
+    values = wt.sweep(scene, {path: step * np.arange(5)}, [force], method="strict")[force.name].values
+    found = wt.sweep(scene, {path: [0.0]}, [force], gradient=True, method="strict")[f"{force.name}_gradient"].values
+    one_sided = values @ np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / (12.0 * step)
+    assert found.ravel()[0] == pytest.approx(one_sided, rel=1e-8)

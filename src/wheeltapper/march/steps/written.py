@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import linecache
 import math
+import threading
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -110,15 +111,17 @@ class _Functions:
         self.all = (1 << int(count)) - 1
         self.addresses = {order: np.zeros(count) for order in ORDERS}
         self._there = dict.fromkeys(ORDERS, 0)
+        self._writing = threading.Lock()
 
     def with_bits(self, order: int, needed: int) -> FloatArray:
         """Return all addresses; those whose bits are set are there afterwards."""
-        missing, found = needed & ~self._there[order], self.addresses[order]
-        if missing:
-            for number in range(len(found)):
-                if missing >> number & 1:
-                    found[number] = address_of(compiled(self.source(number, order)), self.signature)
-            self._there[order] |= missing
+        found = self.addresses[order]
+        if needed & ~self._there[order]:
+            with self._writing:  # threads that need the same one write it once
+                for number in range(len(found)):
+                    if needed & ~self._there[order] & 1 << number:
+                        found[number] = address_of(compiled(self.source(number, order)), self.signature)
+                        self._there[order] |= 1 << number
         return found
 
 
