@@ -105,12 +105,12 @@ def spoilt(kind, change, monkeypatch):
 
 
 def test_a_record_that_is_not_finite_is_loaded(tmp_path, monkeypatch):
-    def overdamped(lowered):
+    def far_too_stiff(lowered):
         numbers = lowered.program.numbers.copy()
-        numbers[contract.DAMPING] = 1e200
+        numbers[contract.CUBIC] = 1e300
         return replace(lowered, program=lowered.program._replace(numbers=numbers))
 
-    spoilt(wheel, overdamped, monkeypatch)
+    spoilt(wheel, far_too_stiff, monkeypatch)
     record = wt.simulate(WHEELSET)
     assert record.outcome is Outcome.NOT_FINITE
     record.save(tmp_path / "a.nc")

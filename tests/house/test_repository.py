@@ -13,9 +13,7 @@ from wheeltapper import __version__
 
 ROOT = Path(__file__).parents[2]
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
-GENERATED = {
-    "unrolled_tangent.py", "unrolled_dop853.py",
-}  # fmt: skip
+GENERATED = {"unrolled_dop853.py"}
 
 # Written in pieces, so that this file does not contain what it looks for.
 REGISTRIES = [

@@ -12,7 +12,6 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.mark.parametrize(
     ("tool", "function", "file"),
     [
-        ("unroll", "tangent_source", "unrolled_tangent.py"),
         ("unroll_dop853", "source", "unrolled_dop853.py"),
     ],
 )

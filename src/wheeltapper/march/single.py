@@ -46,6 +46,7 @@ from wheeltapper.march.layout import COUNT, FLIGHT_ORDER, MARK, STATE, N, T, U, 
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import NO_PIECE, deck_acceleration, enter_law, localise, localise_marks, path_at, rail_at
+from wheeltapper.march.steplength import BRIEFEST
 from wheeltapper.march.steps.written import scratch_for
 from wheeltapper.march.yielding import change_law, choose_law, yielding_reach
 
@@ -284,7 +285,8 @@ def advance_kernel(
     state = S[STATE + TIME] + S[STATE + A] + S[STATE + B] + S[STATE + DECK_Y] + S[STATE + DECK_V]
     if step.is_bad(state + S[STATE + contract.END_DEFLECTION]):
         return contract.NOT_FINITE
-    S[COUNT + layout.IDLE] = S[COUNT + layout.IDLE] + 1.0 if S[STATE + TIME] <= time else 0.0
+    moved = S[STATE + TIME] - time > BRIEFEST * (1.0 + time)
+    S[COUNT + layout.IDLE] = 0.0 if moved else S[COUNT + layout.IDLE] + 1.0
     if S[COUNT + layout.IDLE] > 1000:
         return contract.STALLED
     if what != step.BREAK:

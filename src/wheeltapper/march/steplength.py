@@ -22,6 +22,10 @@ SLOW = 1.0
 """Value of K + G below which the suspension is too slow to limit a step of at most LONGEST."""
 
 
+BRIEFEST = 1e-14
+"""Part of the time that has passed, and of its unit, that a step takes unless it is stuck."""
+
+
 @kernel
 def _log2_bits(x: float) -> float:
     """Return the bits of a positive number as a number: 2**52·(log2(x) + BIAS), with an error up to 0.05·2**52."""

@@ -13,8 +13,6 @@ from wheeltapper.march.steps import common
 from wheeltapper.march.steps.derive import coefficients, needed, quick_coefficients
 from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms, contact, free
 
-LEAST = 1e-14
-"""Share of the time that has passed (and of its unit) that a step takes at least, or the march has a look at it."""
 LOGGED = {
     "PHASE": "CONTACT", "TIME": "time", "A": "u0", "B": "w0", "DECK_Y": "0.0", "DECK_V": "0.0",
     "PIECE": "S[STATE + PIECE]", "SHIFT": "S[STATE + SHIFT]", "ON_DECK": "S[STATE + ON_DECK]", "LENGTH": "h1",
@@ -112,7 +110,7 @@ def _goes_on(terms: Terms, order: int) -> list[str]:
     """Return the lines for whether nothing may happen within the step."""
     out = []
     goes = [f"calm and (ceiling == inf or ({common.STEADY}))" if common.follows_force(terms) else "calm"]
-    goes += [f"floor < u and u < ceiling and time + t < until and t > {LEAST!r} * (1.0 + time)"]
+    goes += ["floor < u and u < ceiling and time + t < until and t > BRIEFEST * (1.0 + time)"]
     goes += ["holds"] if terms.hysteresis else []
     if terms.end:
         for name, last in (("x", order), ("v", order - 1), ("e", order)):

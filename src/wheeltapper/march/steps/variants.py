@@ -28,13 +28,13 @@ VARIANTS = (
 """What a contact step may have, by the number of its function."""
 FLIES = len(VARIANTS)
 FREE = tuple(
-    Free(bonded, deck, end) for bonded, end in ((False, False), (False, True), (True, False)) for deck in (False, True)
+    Free(bonded, deck, end) for bonded, end in ((False, False), (True, False), (False, True)) for deck in (False, True)
 )
 """What a step in time may have, by the number of its function, counted from FLIES."""
 ONE_WHEEL = FLIES + len(FREE)
 """How many functions one wheel has."""
-TURNED = OF_YIELDING + len(FREE)
-"""How many functions differentiate its steps: those of elastic contacts, then those of steps in time."""
+TURNED = OF_YIELDING + sum(not terms.end for terms in FREE)
+"""How many functions differentiate its steps: of elastic contacts, then of steps in time without a damper's end."""
 
 
 def _numbered(*counts: int) -> tuple[int, ...]:
@@ -91,7 +91,7 @@ def has_deck(variant: int) -> bool:
 @kernel
 def free_variant_of(numbers: FloatArray, ended: bool) -> int:
     """Return the number of the function that makes steps in time."""
-    kind = 2 if ended else 4 if numbers[contract.BILATERAL] != 0.0 else 0
+    kind = 4 if ended else 2 if numbers[contract.BILATERAL] != 0.0 else 0
     return FLIES + kind + (1 if numbers[contract.DECK_MASS] > 0.0 else 0)
 
 
