@@ -58,7 +58,7 @@ def _forcing(tape: Tape, terms: Terms, t: Series, u: Series) -> tuple[Sum, Sum]:
     level = constant("f0") if terms.path == WAVE else sum_of(tape.of_time("forcing", "c", MAX_DEGREE, t))
     if not terms.end:
         return level + h, Sum()
-    velocity = g + Sum() if terms.path == WAVE else tape.of_time("slope", "s", MAX_DEGREE - 1, t) + g
+    velocity = sum_of(g) if terms.path == WAVE else tape.of_time("slope", "s", MAX_DEGREE - 1, t) + g
     return level + "stiff_wave" * h + "G" * g, velocity
 
 
@@ -146,10 +146,10 @@ def contact(terms: Terms) -> Tape:
     elif terms.yields:
         pull = tape.product(u, F - "K" * q) - push
     else:
-        forced = "f0" * u + Sum() if terms.path == FLAT else tape.product(u, F)
+        forced = "f0" * u if terms.path == FLAT else tape.product(u, F)
         pull = forced - tape.product(q, m + "K" * u)
     if not terms.yields:
-        tape.product(u, tape._whole(m), "N")
+        tape.product(u, m, "N")
     if terms.end:
         e, x = tape.state("e"), tape.state("x")
         v = tape.named("v", path_velocity - p + "G" * below)

@@ -46,7 +46,7 @@ class Series:
     total
         What it is the sum of; the first coefficients are nevertheless zero.
     is_early
-        Whether its coefficients are known one order before those of other states.
+        Whether coefficient n needs only coefficients n - 1 of the states, as those of the time do by its rate u.
     """
 
     name: str
@@ -168,6 +168,7 @@ class Tape:
         return one
 
     def _whole(self, term: Term) -> Series:
+        """Return a term as one series."""
         if isinstance(term, Series):
             return term
         if list(term.terms.values()) == [1.0] and term.constant == 0.0:
