@@ -2,6 +2,8 @@
 
 import linecache
 import re
+import time
+from concurrent.futures import ThreadPoolExecutor
 from math import comb, inf
 
 import llvmlite.binding as llvm
@@ -453,3 +455,22 @@ def test_a_function_s_lines_can_be_read():
 def test_there_are_at_most_24_functions_of_an_order():
     assert len(VARIANTS) == len(set(VARIANTS)) == 24
     assert {terms.path for terms in VARIANTS} == {FLAT, WAVE, BENT}
+
+
+def test_threads_that_need_one_function_at_once_write_it_once(monkeypatch):
+    asked = []
+
+    def slow_source(number, order):
+        asked.append((number, order))
+        time.sleep(0.02)
+        return scalar.source(Terms(FLAT), order)
+
+    monkeypatch.setattr(written, "compiled", lambda code: code)
+    monkeypatch.setattr(written, "address_of", lambda code, _: float(len(code)))
+    functions = written._Functions(3, slow_source, written.ONE)
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(lambda _: functions.with_bits(12, 0b101).copy(), range(8)))
+    assert sorted(asked) == [(0, 12), (2, 12)]
+    for addresses in found:  # nobody goes on before what was asked for is there
+        assert addresses[[0, 2]].min() > 0.0
+        assert addresses[1] == 0.0
