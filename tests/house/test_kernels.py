@@ -13,7 +13,7 @@ import wheeltapper.march
 FOLDER = Path(wheeltapper.march.__path__[0])
 WRITTEN_OUT = {"plain_power.py"}
 """Straight-line code over the first coefficients of series, where the index is the coefficient's order."""
-LISTED = {"balance.py", "damper_hold.py", "power.py"}
+LISTED = {"balance.py", "power.py"}
 """Modules that still list the names they import, one a line."""
 FILES = sorted({*FOLDER.glob("*.py"), *(FOLDER / "general").rglob("*.py"), *(FOLDER / "steps").glob("*.py")})
 SOURCES = [path for path in FILES if not path.name.startswith("unrolled")]

@@ -452,6 +452,11 @@ def test_a_function_s_lines_can_be_read():
     assert any(line.strip().startswith("u12 = ") for line in lines)
 
 
+def test_the_addresses_of_all_functions_have_room_in_scratch_memory():
+    assert layout.FUNCTIONS + variants.ONE_WHEEL <= layout.DERIVATIVES
+    assert layout.DERIVATIVES + variants.TURNED <= layout.STATE
+
+
 def test_there_are_at_most_24_functions_of_an_order():
     assert len(VARIANTS) == len(set(VARIANTS)) == 24
     assert {terms.path for terms in VARIANTS} == {FLAT, WAVE, BENT}

@@ -27,28 +27,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.held_end import flight_reach_with_end, held_coefficients, hold_end
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import (
-    BUSH,
-    COUNT,
-    FLIGHT_ORDER,
-    HEADING,
-    NEXT_BUSH,
-    PLACE_CEILING,
-    PLACE_FLOOR,
-    STATE,
-    STOPS,
-    TREND,
-    WHEEL_V,
-    WHEEL_Y,
-    T,
-    U,
-    W,
-    Y,
-    Z,
-)
+from wheeltapper.march.layout import BUSH, COUNT, FLIGHT_ORDER, STATE, STOPS, TREND, WHEEL_V, WHEEL_Y, T, U, W, Y, Z
 from wheeltapper.march.program import ON_DECK, TIME, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
 from wheeltapper.march.series import path_at
@@ -198,7 +181,7 @@ def _refined_root(damper: FloatArray, order: int, root: float, length: float, S:
 def carry_end(damper: FloatArray, order: int, length: float, whole: bool, S: FloatArray) -> None:
     """Carry the bush's deflection to the step's end; `whole`: it is a contact step that nothing cuts."""
     if damper[contract.DAMPER_BUSH] > 0.0 and S[STATE + contract.END_MODE] != contract.FREE:
-        S[STATE + contract.END_DEFLECTION] = S[NEXT_BUSH] if whole else evaluate(S, BUSH, order, length)
+        S[STATE + contract.END_DEFLECTION] = S[layout.NEXT_BUSH] if whole else evaluate(S, BUSH, order, length)
 
 
 @kernel
@@ -206,9 +189,9 @@ def _bound_end(damper: FloatArray, S: FloatArray) -> None:
     """Say between what contact steps go on without a look at the damper's end."""
     mode, place, play = S[STATE + contract.END_MODE], S[STATE + contract.END_PLACE], damper[contract.DAMPER_PLAY]
     free, held = mode == contract.FREE, mode == contract.UPPER or mode == contract.LOWER
-    S[PLACE_FLOOR] = place - play + SAME_PLACE if free else -np.inf
-    S[PLACE_CEILING] = place + play - SAME_PLACE if free else np.inf
-    S[HEADING] = mode if held else 0.0
+    S[layout.PLACE_FLOOR] = place - play + SAME_PLACE if free else -np.inf
+    S[layout.PLACE_CEILING] = place + play - SAME_PLACE if free else np.inf
+    S[layout.HEADING] = mode if held else 0.0
 
 
 @kernel

@@ -121,12 +121,17 @@ def _room_for(cells: int, events: int, peaks: int, tally: bool) -> Tangents:
 def _arguments(cells: Cells, turns: CellTangents, kept: KeptSteps, tangents: Tangents, tally: bool) -> tuple[Any, ...]:
     marched = kept.marched
     tables = (marched.status, marched.events, marched.peaks, marched.event_ends, marched.peak_ends)
-    lossy = bool(np.any(turns.numbers[:, contract.HYSTERESIS] != 0.0))
+    lossy = _by_hysteresis(turns.numbers)
     S = scratch_of_cells(cells.numbers, cells.pieces, True, lossy)
     work, links = (S, np.zeros((SCRATCH, LANES)), True if tally else None), None
     if not tally:
         links = links_of(kept.pool, _directions(turns), lossy)
     return (*cells, *turns, *kept.steps, *tables, marched.highest, marched.impulses, *tangents, *work, links)
+
+
+def _by_hysteresis(turns: FloatArray) -> bool:
+    """Return whether tangents (…, NUMBERS, LANES) of a program's numbers change its hysteresis."""
+    return bool(np.any(turns[..., contract.HYSTERESIS, :] != 0.0))
 
 
 def _directions(turns: CellTangents) -> IntArray:
@@ -169,13 +174,11 @@ def sampled_tangents(
     within = times[times <= found.state[TIME]]
     samples = np.full((len(times), QUANTITIES, SAMPLED), np.nan)
     events, peaks = len(found.events), len(found.peaks)
-    lossy = bool(np.any(turns[contract.HYSTERESIS] != 0.0))
-    S = scratch_of_cells(program.numbers[None], program.pieces, True, lossy)
+    S = scratch_of_cells(program.numbers[None], program.pieces, True, _by_hysteresis(turns))
     tangent_kernel(
         program.pieces, bends, 0, table, program.numbers, turns, np.zeros((2, LANES)), found.steps, found.state,
         found.events, found.peaks, np.empty((events, 2, LANES)), np.empty((peaks, 2, LANES)), np.zeros((4, LANES)),
-        0.0, np.zeros(LANES), np.zeros((0, LANES)), within, samples, S,
-        np.zeros((SCRATCH, LANES)), None,
+        0.0, np.zeros(LANES), np.zeros((0, LANES)), within, samples, S, np.zeros((SCRATCH, LANES)), None,
     )  # fmt: skip
     return found, samples
 

@@ -176,9 +176,7 @@ def _leave_lanes(kind: int, pool: cells.Pool) -> None:
 
 
 @inlined_kernel
-def _step_and_log(
-    kind: int, pool: cells.Pool
-) -> None:  # fmt: skip
+def _step_and_log(kind: int, pool: cells.Pool) -> None:
     """Make one contact step in all lanes, and log those that move a lane's start."""
     L = pool.L
     if len(pool.log) == 0:

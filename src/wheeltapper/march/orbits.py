@@ -489,7 +489,7 @@ class Tangents:
     """Marches of a program with tangents, with room that grows where a wave needs more."""
 
     def __init__(self) -> None:
-        self._room = _tangent_room(1024)
+        self._room = _tangent_room()
 
     def turn(self, program: contract.Program, state: FloatArray, waves: int) -> Turn:
         """March some waves from a state."""

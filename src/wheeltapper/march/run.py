@@ -377,13 +377,14 @@ def integrals(program: Program, found: March, nodes: int) -> tuple[FloatArray, F
     from wheeltapper.march.steps.written import scratch_for
 
     places, weights = np.polynomial.legendre.leggauss(nodes)
-    work = scratch_for(program)
     rule = 0.5 * (places + 1.0), 0.5 * weights
     out, ends = (
         np.zeros((len(found.steps), dense.INTEGRALS)),
         np.zeros((len(found.steps), 2, _dense_column_count(program))),
     )
-    dense.integrals(found.pieces, program.numbers, *program.law_and_damper, found.steps, *rule, out, ends, work)
+    dense.integrals(
+        found.pieces, program.numbers, *program.law_and_damper, found.steps, *rule, out, ends, scratch_for(program)
+    )
     return out, ends
 
 

@@ -53,7 +53,10 @@ from wheeltapper.march.yielding import change_law, choose_law, yielding_reach
 
 @kernel
 def finish_contact_step(numbers: FloatArray, until: float, length: float, after: float, u: float, w: float, what: int, whole: bool, turns: bool, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
-    """Log the contact step whose series are in S, and go to its end; `turns`: the force may have extremes in it; `whole`: nothing cuts it."""
+    """Log the contact step whose series are in S, and go to its end.
+
+    `whole`: nothing cuts it; `turns`: the force may have extremes in it.
+    """
     order = int(numbers[contract.ORDER])
     time = S[STATE + TIME]
     if turns:
@@ -63,11 +66,8 @@ def finish_contact_step(numbers: FloatArray, until: float, length: float, after:
     y = 0.0
     z = 0.0
     if numbers[contract.DECK_MASS] > 0.0:
-        y, z = (
-            (S[layout.NEXT_Y], S[layout.NEXT_Z])
-            if whole
-            else (evaluate(S, Y, order, length), evaluate(S, Z, order, length))
-        )
+        y = S[layout.NEXT_Y] if whole else evaluate(S, Y, order, length)
+        z = S[layout.NEXT_Z] if whole else evaluate(S, Z, order, length)
     S[STATE + TIME] = until if what == step.BREAK else time + after
     S[STATE + DECK_Y] = y
     S[STATE + DECK_V] = z
@@ -146,8 +146,8 @@ def enter_phase(numbers: FloatArray, what: int, length: float, events: FloatArra
 
 @kernel
 def _flight_step(
-    pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, until: float, steps: FloatArray, events: FloatArray,
-    peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, until: float, steps: FloatArray,
+    events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
 ) -> int:  # fmt: skip
     """Make one step in flight, released or bonded; return what ended it."""
     time = S[STATE + TIME]
@@ -247,7 +247,7 @@ def advance_kernel(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
     events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
 ) -> int:  # fmt: skip
-    """Make the next step (in plain contacts all up to the next event), over a breakpoint at its end.
+    """Make the next step (in contact all up to one that may hold an event), over a breakpoint at its end.
 
     Return RUNNING, or why the march stops.
     """

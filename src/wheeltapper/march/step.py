@@ -46,13 +46,6 @@ def fastest_rate(numbers: FloatArray, suspension: float, S: FloatArray) -> float
 
 
 @kernel
-def is_plain_hertz(numbers: FloatArray) -> bool:
-    """Return True for a contact after Hertz without hysteresis on a stiff rail."""
-    stiff_rail = numbers[contract.DECK_MASS] == 0.0 and numbers[contract.HYSTERESIS] == 0.0
-    return bool(stiff_rail and numbers[contract.QUADRATIC] == 0.0 and numbers[contract.CUBIC] == 1.0)
-
-
-@kernel
 def contact_advance(
     pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, until: float, limit: int, steps: FloatArray,
     S: FloatArray,
@@ -60,7 +53,7 @@ def contact_advance(
     """Put the series of the next contact step that may hold an event in S, making the steps before it.
 
     Return its length, t, u and w at its end, and whether the force may have an extreme in it. Rows `limit` and on of
-    `steps` stay free; where the contact yields or the damper has an end of its own, it makes one step.
+    `steps` stay free.
     """
     yields = bool(S[layout.HERE_LAW_TERMS] != 0.0)
     number = variant_of(numbers, pieces[int(S[STATE + PIECE])], yields, damper is not None)

@@ -150,6 +150,7 @@ def repeat_kernel(
                     )  # fmt: skip
                 continue
             if i > 0 and leapt < 0 and _flies_on(steps, i, events, event, peaks, peak):
+                # whatever piece stands in S: the path does not matter in flight
                 _step_tangents(pieces, numbers, turns, lossy, step, carried, end, S, D)
                 tangent_events.break_moves(bends, base, table, numbers, turns, step, after, carried)
                 begun = False

@@ -22,8 +22,6 @@ from numba.np import arrayobj
 FEWEST = 12
 """Assignments that are worth a call."""
 _OPERATIONS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul"}
-
-
 ARRAYS = ("L", "S")
 """Flat arrays of floats."""
 LANE = "i"
@@ -191,7 +189,7 @@ def _operation(run: list[ast.Assign], reader: _Reader, given: list[str], wanted:
     def typed(*args: Any) -> Any:
         return result(*args), generate
 
-    made: dict[str, Any] = {"typed": typed}
+    made: dict[str, Any] = {"typed": typed}  # Numba wants each argument by name
     names = ", ".join(f"x{k}" for k in range(len(given)))
     exec(f"def operation(typing, {names}):\n    return typed({names})", made)
     return intrinsic(made["operation"])

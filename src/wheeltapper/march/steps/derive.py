@@ -167,10 +167,10 @@ def quick_coefficients(tape: Tape, order: int) -> list[str]:
     return _Split(tape, order).write()
 
 
-def needed(lines: list[str], names: Iterable[str]) -> list[str]:
+def needed(lines: Iterable[str], names: Iterable[str]) -> list[str]:
     """Return the lines that what has these names depends on, and those of the names themselves."""
     wanted, out = set(names), []
-    for line in reversed(lines):
+    for line in reversed([*lines]):
         name, code = line.split(" = ", 1)
         if name in wanted:
             wanted.update(_NAME.findall(code))

@@ -18,7 +18,7 @@ from collections.abc import Iterable
 from wheeltapper.march.layout import FLIGHT_ORDER
 from wheeltapper.march.program import MAX_DEGREE
 from wheeltapper.march.steps import common
-from wheeltapper.march.steps.derive import coefficients, total
+from wheeltapper.march.steps.derive import coefficients, needed, total
 from wheeltapper.march.steps.equations import BENT, FLAT, Free, Terms, contact, free
 from wheeltapper.march.steps.lanes import at, function, given, read, read_block, series
 from wheeltapper.march.steps.tape import Tape
@@ -116,12 +116,8 @@ def _rates(lines: list[Line], active: set[str], told: dict[str, str]) -> list[Li
 
 def _needed(lines: list[Line], wanted: Iterable[str]) -> list[Line]:
     """Return the assignments on which some names depend."""
-    names, out = set(wanted), []
-    for name, code in reversed(lines):
-        if name in names:
-            names |= _names_in(code)
-            out.append((name, code))
-    return out[::-1]
+    kept = needed((" = ".join(line) for line in lines), wanted)
+    return [(name, code) for name, _, code in (line.partition(" = ") for line in kept)]
 
 
 def _values(terms: Terms, order: int) -> list[Line]:
