@@ -271,7 +271,7 @@ told = []
 telling.say = told.append
 asked = 0
 steps = {}
-for functions in (written.one_wheel, written.in_lanes, written.of_one_wheel):
+for functions in written.EVERY:
     for order in written.ORDERS:
         for number in range(len(functions.addresses[order])):
             source = functions.source(number, order)

@@ -11,10 +11,6 @@ import pytest
 import wheeltapper.march
 
 FOLDER = Path(wheeltapper.march.__path__[0])
-WRITTEN_OUT = {"plain_power.py"}
-"""Straight-line code over the first coefficients of series, where the index is the coefficient's order."""
-LISTED = {"balance.py", "power.py"}
-"""Modules that still list the names they import, one a line."""
 FILES = sorted({*FOLDER.glob("*.py"), *(FOLDER / "general").rglob("*.py"), *(FOLDER / "steps").glob("*.py")})
 SOURCES = [path for path in FILES if not path.name.startswith("unrolled")]
 
@@ -40,8 +36,6 @@ def bare(kernel):
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(FOLDER).as_posix())
 def test_kernels_index_by_names(path):
-    if path.name in WRITTEN_OUT:
-        return
     assert [place for kernel in kernels(path.read_text()) for place in bare(kernel)] == []
 
 
@@ -54,8 +48,6 @@ def test_bare_indices_are_found():
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(FOLDER).as_posix())
 def test_names_of_the_march_are_imported_in_one_line_or_qualified(path):
-    if path.name in LISTED:
-        return
     imports = [node for node in ast.parse(path.read_text()).body if isinstance(node, ast.ImportFrom)]
     long = [node.module for node in imports if node.end_lineno > node.lineno]
     assert [name for name in long if name.startswith("wheeltapper.march")] == []

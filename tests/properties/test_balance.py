@@ -1,22 +1,15 @@
 """The check that ends every run: as exact as the energy's own integrals need it, blind to no law, cheap."""
 
-import re
 import warnings
 
-import llvmlite.binding as llvm
-import numba
 import numpy as np
 import pytest
 
 import wheeltapper as wt
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower.build import lower
-from wheeltapper.march import plain_power, power
 from wheeltapper.march import program as contract
-from wheeltapper.march.kernel import FASTMATH
-from wheeltapper.march.series import localise
 from wheeltapper.march.single import march
-from wheeltapper.march.steps.written import scratch_for
 from wheeltapper.record import balanced
 
 WHEELSET = {"mass": 1500, "load": 91307, "stiffness": 2.44e6, "damping": 2e4, "radius": 0.46}
@@ -47,49 +40,6 @@ SCENARIOS = {
     ),
 }
 UNDAMPED = scenario(vehicle=wt.Wheelset(mass=1500, load=91307, damping=0.0), duration=0.02)
-HARMONIC = {"irregularity": wt.Corrugation(amplitude=5e-5, wavelength=0.05, start=0.1), "rolling": "point"}
-PLAIN = {name: SCENARIOS[name] for name in ("Hertz", "linear", "hysteresis", "curvature", "flat", "deck")} | {
-    "harmonic": scenario(**HARMONIC),
-    "harmonic on a deck": scenario(track=wt.FloatingDeck(mass=2e3, stiffness=1e7, damping=1e4), **HARMONIC),
-}
-
-
-@pytest.mark.parametrize("name", PLAIN)
-def test_the_power_of_many_states_is_that_of_each(name):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        record = wt.simulate(PLAIN[name])
-    pieces, numbers, _, _ = record._lowered.program
-    steps = record._march.steps
-    same = [contract.PHASE, contract.PIECE, contract.SHIFT, contract.ON_DECK]
-    inside = np.all(steps[1:, same] == steps[:-1, same], axis=1) & (steps[:-1, contract.PHASE] == contract.CONTACT)
-    assert inside.sum() > 20
-    S, L, out = scratch_for(record._lowered.program), np.zeros(plain_power.ENTRIES), np.zeros(power.POWER_TERMS)
-    for i in np.flatnonzero(inside):
-        step, after = steps[i], steps[i + 1]
-        assert plain_power.find_power(pieces, numbers, steps[i : i + 1], 0, after, L) == 2
-        gain = L[plain_power.GAIN_AFTER] + L[plain_power.GAIN_BEFORE + 1]
-        works = []
-        for state, signs in ((step, 1.0), (after, (-1.0) ** np.arange(power.SHORT))):
-            localise(pieces, numbers, int(state[contract.PIECE]), state[contract.SHIFT], state[contract.TIME], S)
-            power.write_power(pieces, numbers, None, state, S, out)
-            weights = power.SHORT_RULE * signs * step[contract.LENGTH] ** np.arange(1, power.SHORT + 1)
-            terms = [out[first : first + power.SHORT] for first in (power.PATH_WORK, power.CONTACT_WORK, power.LOST)]
-            works.append(terms @ weights)
-        worked, gained, lost = np.sum(works, axis=0)
-        assert gain == pytest.approx(worked - gained - lost, rel=1e-9, abs=1e-11)
-
-
-@pytest.mark.skipif(
-    not llvm.get_host_cpu_features().get("fma", False) or bool(numba.config.DISABLE_JIT), reason="needs a CPU with FMA"
-)
-def test_the_machine_code_of_many_states_is_packed():
-    anew = numba.njit(error_model="numpy", fastmath=FASTMATH)(plain_power._power.py_func)
-    anew.compile("void(float64[::1], float64, float64[::1])")
-    (code,) = anew.inspect_asm().values()
-    packed, single = (len(re.findall(rf"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub){kind}\b", code)) for kind in ("pd", "sd"))
-    assert packed > 150
-    assert single < packed / 4
 
 
 @pytest.mark.parametrize("method", ["default", "strict"])

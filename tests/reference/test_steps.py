@@ -19,7 +19,7 @@ from wheeltapper.march import layout, program, series
 from wheeltapper.march.flight import flight_reach
 from wheeltapper.march.kernel import FASTMATH
 from wheeltapper.march.single import march
-from wheeltapper.march.steps import lanes, scalar, tangents, variants, written
+from wheeltapper.march.steps import lanes, powers, scalar, tangents, variants, written
 from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms
 from wheeltapper.march.steps.variants import FREE, OF_YIELDING, VARIANTS
 
@@ -263,6 +263,16 @@ def put_in_lane(i, numbers, pieces, S, L):
         at.LANE_DECK_DRAG: numbers[program.DECK_DAMPING] * per_mass, at.LANE_SHARE: on * per_mass,
         at.LANE_DECK_Y: state[program.DECK_Y], at.LANE_DECK_V: state[program.DECK_V],
     }  # fmt: skip
+    if S[layout.END_B]:
+        given |= {
+            at.LANE_G: S[layout.END_G], at.LANE_BUSH: S[layout.END_B], at.LANE_BUSH_RATE: S[layout.END_BETA],
+            at.LANE_GIVES: 1.0, at.LANE_BUSH_Y: state[program.END_DEFLECTION],
+        }  # fmt: skip
+    if S[layout.HERE_LAW_TERMS]:
+        given |= {at.LANE_LAW_CENTRE: S[layout.HERE_LAW_CENTRE], at.LANE_LAW_RATE: 1 / S[layout.HERE_LAW_SCALE]}
+        for k in range(program.TERMS):
+            residual = lift * row[program.RESIDUAL + k] if k <= row[program.RESIDUAL_DEGREE] else 0.0
+            given |= {at.LANE_LAW + 8 * k: S[layout.HERE_LAW + k], at.LANE_RESIDUAL + 8 * k: residual}
     for place, value in given.items():
         L[place + i] = value
     for k in range(program.TERMS):
@@ -284,6 +294,59 @@ def series_in_lane(L, i, rows):
     for name, (place, count) in rows.items():
         out[ROWS[name] : ROWS[name] + count] = L[place + i : place + i + 8 * count : 8]
     return out
+
+
+@pytest.mark.parametrize("terms", [*VARIANTS, *FREE], ids=lambda terms: terms.name)
+def test_energies_are_those_of_50_digits(terms):
+    L, alone = np.zeros(at.ENERGY_ENTRIES), []
+    rng = np.random.default_rng([*terms.name.encode()])
+    for i in range(8):
+        alone.append(drawn(rng, terms))
+        put_in_lane(i, *alone[i], L)
+        L[[at.LANE_MASS + i, at.LANE_BEFORE + i, at.LANE_AFTER + i]] = alone[i][0][program.DECK_MASS], *rng.random(2)
+        if terms in FREE and not terms.bonded:
+            L[at.LANE_FACTOR + i :: 8][: program.TERMS] = 0.0
+    kind = 0 if terms in FREE else 2 if terms.yields else 1
+    written.interpreted(powers.source(kind))(L)
+    for i, (numbers, pieces, S) in enumerate(alone):
+        exact = Exact(numbers, pieces, S, terms)
+        many, on, drag = powers.MANY[kind], exact.start["on"], exact.numbers[program.DECK_DAMPING]
+        c = exact.contact(many) if kind else exact.free(many)
+        c["one"] = Truncated([mpmath.mpf(1)])
+        u, y, v = (c[name] for name in ("u", "x", "v") if kind) if kind else (c["one"], c["u"], c["w"])
+        slip = Truncated([v[n] - on * c["Z"][n] for n in range(many)])
+        brake = Truncated([exact.G * v[n] + exact.bush * c["e"][n] for n in range(many)])
+        lost = Truncated([product(brake, v, n) + drag * product(c["Z"], c["Z"], n) for n in range(many)])
+        power = Truncated([product(c["N"], slip, n) - lost[n] for n in range(many)])
+        power = [product(u, power, n) for n in range(many)]
+        weights = powers.hermite_weights(many)
+        before, after = (mpmath.mpf(L[row + i]) for row in (at.LANE_BEFORE, at.LANE_AFTER))
+        gains = [
+            mpmath.fsum(weight * term * (-1) ** (n * sign) * h ** (n + 1) for n, (weight, term) in enumerate(
+                zip(weights, power, strict=True)))
+            for h, sign in ((before, 1), (after, 0))
+        ]  # fmt: skip
+        mass, stiff = numbers[[program.DECK_MASS, program.DECK_STIFFNESS]]
+        energy = 0.5 * (v[0] ** 2 + exact.K * y[0] ** 2) + y[0]
+        energy += 0.5 * (mass * c["Z"][0] ** 2 + stiff * c["Y"][0] ** 2) - on * numbers[program.PRESTRESS] * c["Y"][0]
+        loss = 0.5 * lost[0] * u[0] * after if kind else mpmath.fsum(
+            weight * lost[n] * after ** (n + 1) for n, weight in enumerate(weights))  # fmt: skip
+        found = L[[row + i for row in (at.LANE_GAIN_BEFORE, at.LANE_GAIN_AFTER, at.LANE_ENERGY, at.LANE_LOST_AFTER)]]
+        np.testing.assert_allclose(found, [float(x) for x in (*gains, energy, loss)], rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("many", [1, 4, 8])
+def test_hermites_rule_is_exact_for_polynomials(many):
+    for degree in range(2 * many):  # over (0, h) of x^degree, by its Taylor coefficients at both ends
+        h = 1.3
+        starts, ends = (
+            [comb(degree, n) * x ** (degree - n) if n <= degree else 0.0 for n in range(many)] for x in (0.0, h)
+        )
+        found = sum(
+            weight * h ** (n + 1) * (starts[n] + (-1) ** n * ends[n])
+            for n, weight in enumerate(powers.hermite_weights(many))
+        )
+        assert found == pytest.approx(h ** (degree + 1) / (degree + 1), rel=1e-12)
 
 
 LANED = VARIANTS[:OF_YIELDING]
@@ -402,11 +465,11 @@ def test_sine_and_cosine_in_lanes_are_exact_to_rounding():
     [
         (0, 170), (variants.SHARPEN_FLIGHT, 40),
         *slow_but([(1, 250), (2, 500), (5, 500), (11, 800), (variants.ALONGS, 170), (variants.ALONGS + 2, 500)]),
-        *slow_but([(variants.TURN_PATH, 80), (variants.FLIGHTS + 1, 100)]),
+        *slow_but([(variants.TURN_PATH, 80), (variants.FLIGHTS + 1, 100)]), ("energies", 150),
     ],
 )  # fmt: skip
 def test_the_machine_code_of_the_lanes_is_packed(number, fewest):
-    made = written.compiled(written.source_in_lanes(number, 12))
+    made = written.compiled(powers.source(1) if number == "energies" else written.source_in_lanes(number, 12))
     anew = numba.njit(error_model="numpy", fastmath=FASTMATH)(made.py_func)
     anew.compile("void(float64[::1])")
     (code,) = anew.inspect_asm().values()

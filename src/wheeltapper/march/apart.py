@@ -65,16 +65,13 @@ def rail_at_time(cell: int, time: float, deck_y: float, deck_v: float, pool: cel
 
 
 @inlined_kernel
-def enter_path(cell: int, pool: cells.Pool) -> None:
-    """Write what lanes need of the present piece of a cell's path, and until when, in its row."""
-    numbers = pool.numbers[cell]
-    piece = pool.pieces[pool.first[cell] + int(pool.rows[cell, PIECE])]
-    row = pool.rows[cell, cells.LOCAL :]
+def path_to_row(numbers: FloatArray, piece: FloatArray, shift: float, row: FloatArray) -> None:
+    """Write what lanes need of a piece of the path in a row of CELL_NUMBERS; its polynomials are not among it."""
     lift, pace = numbers[contract.LIFT], numbers[contract.PACE]
     turns = piece[contract.WAVENUMBER] / (2.0 * np.pi)
     omega = piece[contract.WAVENUMBER] * pace
     a, b = lift * piece[contract.SINE], lift * piece[contract.COSINE]
-    origin = pool.rows[cell, SHIFT] + piece[contract.CENTRE]
+    origin = shift + piece[contract.CENTRE]
     row[at.CELL_LEVEL] = lift * piece[contract.COEFFICIENT]
     row[at.CELL_LOAD] = 1.0 + numbers[contract.STIFFNESS] * row[at.CELL_LEVEL]
     row[at.CELL_AMP_SIN] = a
@@ -84,6 +81,15 @@ def enter_path(cell: int, pool: cells.Pool) -> None:
     row[at.CELL_OFFSET] = turns * origin
     row[at.CELL_PACE] = pace / piece[contract.SCALE]
     row[at.CELL_ORIGIN] = origin / piece[contract.SCALE]
+
+
+@inlined_kernel
+def enter_path(cell: int, pool: cells.Pool) -> None:
+    """Write what lanes need of the present piece of a cell's path, and until when, in its row."""
+    numbers = pool.numbers[cell]
+    piece = pool.pieces[pool.first[cell] + int(pool.rows[cell, PIECE])]
+    row, pace = pool.rows[cell, cells.LOCAL :], numbers[contract.PACE]
+    path_to_row(numbers, piece, pool.rows[cell, SHIFT], row)
     until, time = numbers[contract.END], pool.rows[cell, TIME]
     if pace > 0.0:
         until = min(until, (piece[contract.STOP] + pool.rows[cell, SHIFT]) / pace)
@@ -98,13 +104,10 @@ def enter_path(cell: int, pool: cells.Pool) -> None:
 
 
 @kernel
-def enter_numbers(cell: int, pool: cells.Pool) -> None:
-    """Write a cell's suspension, contact and deck in its row."""
-    numbers = pool.numbers[cell]
-    row = pool.rows[cell, cells.LOCAL :]
+def numbers_to_row(numbers: FloatArray, on: float, row: FloatArray) -> None:
+    """Write suspension, contact and deck, on which the wheel is (1) or not (0), in a row of CELL_NUMBERS."""
     mass = numbers[contract.DECK_MASS]
     per_mass = 1.0 / mass if mass > 0.0 else 0.0
-    on = pool.rows[cell, contract.ON_DECK]
     row[at.CELL_K] = numbers[contract.STIFFNESS]
     row[at.CELL_G] = numbers[contract.DAMPING]
     row[at.CELL_GOAL] = np.log2(numbers[contract.TOLERANCE])
@@ -116,6 +119,13 @@ def enter_numbers(cell: int, pool: cells.Pool) -> None:
     row[at.CELL_DECK_STIFF] = numbers[contract.DECK_STIFFNESS] * per_mass
     row[at.CELL_DECK_DRAG] = numbers[contract.DECK_DAMPING] * per_mass
     row[at.CELL_SHARE] = on * per_mass
+
+
+@kernel
+def enter_cell(cell: int, pool: cells.Pool) -> None:
+    """Write what lanes need of a cell in its row."""
+    numbers_to_row(pool.numbers[cell], pool.rows[cell, contract.ON_DECK], pool.rows[cell, cells.LOCAL :])
+    enter_path(cell, pool)
 
 
 @kernel
@@ -138,8 +148,7 @@ def join_queue(cell: int, pool: cells.Pool) -> bool:
     corner = S[MARK + AT_BREAK]
     S[MARK + AT_BREAK] = 0.0
     cells.put_back(cell, pool.rows, S)
-    enter_numbers(cell, pool)
-    enter_path(cell, pool)
+    enter_cell(cell, pool)
     kind = int(pool.rows[cell, cells.CELL_KIND])
     force = 0.0
     if not flying:

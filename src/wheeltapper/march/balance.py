@@ -4,12 +4,11 @@ Of wheel and deck, whatever the law of the contact (scaled units; M: kinetic ene
 
     dM/dt = N·(y_k' - w) - D·v - γ·Z²
 
-D·v is what the damper takes (power.py). At both ends of a step the power is known as a short series in the step's own
-variable, and Hermite's rule integrates it over the step. Displacements and velocities go on over every event, so M is
-known at every end. Steps in an elastic contact, the most by far, are checked many at once (plain_power.py).
+D·v is what the damper takes. At both ends of a step the power is known as a short series in the step's own variable,
+and Hermite's rule integrates it over the step (steps/powers.py). Displacements and velocities go on over every event,
+so M is known at every end. Steps between which only the motion changes are checked together, eight ends at a time.
 
-    of each step: series at its start (the end of the step before, where nothing changed there), and at its end
-                  what is missing:  M(end) - M(start) - ∫ power
+    of each step what is missing:  M(end) - M(start) - ∫ power
 """
 
 from __future__ import annotations
@@ -18,40 +17,18 @@ from math import sqrt
 
 import numpy as np
 
-from wheeltapper.march import plain_power as plain
+from wheeltapper.march import lane_rows as at
 from wheeltapper.march import program as contract
+from wheeltapper.march.apart import numbers_to_row, path_to_row
 from wheeltapper.march.events import is_contact_phase
+from wheeltapper.march.held_end import held_coefficients
 from wheeltapper.march.kernel import inlined_kernel, kernel
-from wheeltapper.march.power import (
-    CONTACT_WORK,
-    LONG,
-    LONG_RULE,
-    LOST,
-    PATH_WORK,
-    POWER_TERMS,
-    SHORT,
-    SHORT_RULE,
-    write_power,
-)
-from wheeltapper.march.program import (
-    CONTACT,
-    DECK_V,
-    DECK_Y,
-    END_DEFLECTION,
-    END_MODE,
-    ENDED_COLUMNS,
-    LENGTH,
-    ON_DECK,
-    PHASE,
-    PIECE,
-    SHIFT,
-    TIME,
-    YIELDING,
-    A,
-    B,
-    FloatArray,
-)
-from wheeltapper.march.series import NO_PIECE, enter_law, localise, localise_marks, path_at
+from wheeltapper.march.lane_rows import LANES
+from wheeltapper.march.layout import SCRATCH
+from wheeltapper.march.program import CONTACT, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TERMS, TIME, A, B, FloatArray
+from wheeltapper.march.series import localise, rail_at
+from wheeltapper.march.steps.calling import call_eight
+from wheeltapper.march.steps.written import functions_of_energy
 
 # What is summed: what is missing, its largest amount so far, works and losses by amount, largest energies.
 MISSING, LARGEST_MISSING, WORKED, LARGEST_KINETIC, LARGEST_ELASTIC = range(5)
@@ -61,32 +38,11 @@ ROUNDING = 1e-10
 
 
 @kernel
-def _enter_piece(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, state: FloatArray, S: FloatArray
-) -> None:
-    """Put the piece and the law of a state in S, as functions of the time from there on."""
-    localise(pieces, numbers, int(state[PIECE]), state[SHIFT], state[TIME], S)
-    if law is not None:
-        localise_marks(pieces, numbers, int(state[PIECE]), state[SHIFT], state[TIME], S)
-        enter_law(int(state[PHASE]) - YIELDING if state[PHASE] >= YIELDING else NO_PIECE, law, S)
-
-
-@kernel
-def _rail_motion(state: FloatArray, S: FloatArray) -> tuple[float, float]:
-    """Return displacement and velocity of the rail under the wheel in a state whose piece stands in S."""
-    height, velocity, _ = path_at(0.0, S)
-    if state[ON_DECK] != 0.0:
-        height += state[DECK_Y]
-        velocity += state[DECK_V]
-    return height, velocity
-
-
-@kernel
 def _wheel_motion(state: FloatArray, S: FloatArray) -> tuple[float, float]:
     """Return displacement and velocity of the wheel in a state whose piece stands in S."""
     if not is_contact_phase(state[PHASE]):
         return state[A], state[B]
-    height, velocity = _rail_motion(state, S)
+    height, velocity = rail_at(0.0, state, S)
     return height - state[A] * state[A], velocity - state[B]
 
 
@@ -95,65 +51,16 @@ def _put_wheel(y: float, v: float, state: FloatArray, S: FloatArray) -> None:
     """Write displacement and velocity of the wheel into a state whose piece stands in S, as its phase has them."""
     state[A], state[B] = y, v
     if is_contact_phase(state[PHASE]):
-        height, velocity = _rail_motion(state, S)
+        height, velocity = rail_at(0.0, state, S)
         depth = height - y
         state[A] = sqrt(depth) if depth > ROUNDING * (1.0 + abs(y)) else 0.0
         state[B] = velocity - v
 
 
-@kernel
-def _energy(numbers: FloatArray, state: FloatArray, y: float, v: float) -> float:
-    """Return kinetic energy, that of the springs, and that of the wheel's weight; the state tells the deck's motion."""
-    wheel = 0.5 * v * v + 0.5 * numbers[contract.STIFFNESS] * y * y + y
-    deck_y, deck_v = state[DECK_Y], state[DECK_V]
-    deck = numbers[contract.DECK_MASS] * deck_v * deck_v + numbers[contract.DECK_STIFFNESS] * deck_y * deck_y
-    return wheel + 0.5 * deck
-
-
-@kernel
-def _short_sum(h: float, k: int, begins: FloatArray, ends: FloatArray) -> float:
-    """Return the integral over a step of length h of the power at k, from SHORT terms."""
-    total, sign = 0.0, -1.0  # the last of an even number of terms
-    for n in range(SHORT - 1, -1, -1):
-        total = SHORT_RULE[n] * (begins[k + n] + sign * ends[k + n]) + h * total
-        sign = -sign
-    return h * total
-
-
-@kernel
-def _long_sum(h: float, k: int, begins: FloatArray, ends: FloatArray) -> float:
-    """Return the same from LONG terms."""
-    total, power, sign = 0.0, h, 1.0
-    for n in range(LONG):
-        total += power * LONG_RULE[n] * (begins[k + n] + sign * ends[k + n])
-        power *= h
-        sign = -sign
-    return total
-
-
 @inlined_kernel
-def _add_step(
-    numbers: FloatArray, step: FloatArray, after: FloatArray, y: float, v: float, end_y: float, end_v: float,
-    begins: FloatArray, ends: FloatArray, sums: FloatArray,
-) -> None:  # fmt: skip
-    """Add one step to the sums, with the wheel's motion and the power at its start and at its end."""
-    h = step[LENGTH]
-    if is_contact_phase(step[PHASE]):
-        worked = _short_sum(h, PATH_WORK, begins, ends)
-        gained = _short_sum(h, CONTACT_WORK, begins, ends)
-        lost = _short_sum(h, LOST, begins, ends)
-    else:
-        worked = _long_sum(h, PATH_WORK, begins, ends)
-        gained = _long_sum(h, CONTACT_WORK, begins, ends)
-        lost = _long_sum(h, LOST, begins, ends)
-    change = _energy(numbers, after, end_y, end_v) - _energy(numbers, step, y, v)
-    if step[ON_DECK] != 0.0:
-        change -= numbers[contract.PRESTRESS] * (after[DECK_Y] - step[DECK_Y])
-    sums[MISSING] += change - (worked - gained - lost)
-    sums[LARGEST_MISSING] = max(sums[LARGEST_MISSING], abs(sums[MISSING]))
-    sums[WORKED] += abs(worked) + abs(lost)
-    sums[LARGEST_KINETIC] = max(sums[LARGEST_KINETIC], 0.5 * v * v)
-    sums[LARGEST_ELASTIC] = max(sums[LARGEST_ELASTIC], abs(gained))
+def _kind_of(phase: float) -> int:
+    """Return the number of the function for energies in a phase (steps/powers.py)."""
+    return 2 if phase >= contract.YIELDING else 1 if phase == CONTACT else 0
 
 
 @inlined_kernel
@@ -162,27 +69,25 @@ def _goes_on(step: FloatArray, after: FloatArray) -> bool:
     same = True
     for column in (PHASE, PIECE, SHIFT, ON_DECK):
         same = same and after[column] == step[column]
-    return same and (len(step) < ENDED_COLUMNS or after[END_MODE] == step[END_MODE])
+    return same and (len(step) < contract.ENDED_COLUMNS or after[contract.END_MODE] == step[contract.END_MODE])
 
 
 @kernel
 def _write_end_state(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, step: FloatArray, after: FloatArray, S: FloatArray,
-    end: FloatArray,
-) -> tuple[float, float]:  # fmt: skip
-    """Write the state after a step as that step left it into `end`; return the wheel's motion there."""
-    _enter_piece(pieces, numbers, law, after, S)
+    pieces: FloatArray, numbers: FloatArray, step: FloatArray, after: FloatArray, S: FloatArray, end: FloatArray
+) -> None:
+    """Write the state after a step as that step left it into `end`."""
+    localise(pieces, numbers, int(after[PIECE]), after[SHIFT], after[TIME], S)
     y, v = _wheel_motion(after, S)
     for k in range(len(end)):
         end[k] = after[k]
     for column in (PHASE, PIECE, SHIFT, ON_DECK):
         end[column] = step[column]
-    if len(step) == ENDED_COLUMNS and after[END_MODE] != step[END_MODE]:
-        end[END_MODE] = step[END_MODE]
-        end[END_DEFLECTION] = 0.0  # nothing is let go before its force is gone
-    _enter_piece(pieces, numbers, law, end, S)
+    if len(step) == contract.ENDED_COLUMNS and after[contract.END_MODE] != step[contract.END_MODE]:
+        end[contract.END_MODE] = step[contract.END_MODE]
+        end[contract.END_DEFLECTION] = 0.0  # nothing is let go before its force is gone
+    localise(pieces, numbers, int(end[PIECE]), end[SHIFT], end[TIME], S)
     _put_wheel(y, v, end, S)
-    return y, v
 
 
 @kernel
@@ -194,62 +99,108 @@ def _last_alike(steps: FloatArray, first: int) -> int:
     return i
 
 
+@inlined_kernel
+def _put(value: float, row: int, L: FloatArray) -> None:
+    """Write a number in all lanes."""
+    for i in range(LANES):
+        L[row + i] = value
+
+
 @kernel
-def _add_contact(
-    pieces: FloatArray, numbers: FloatArray, steps: FloatArray, end: FloatArray, L: FloatArray, sums: FloatArray
-) -> None:
-    """Add steps in an elastic contact, between which only the motion changes, to the sums; `end` is the last one's."""
-    begun = working = gaining = losing = 0.0
-    for first in range(0, len(steps) + 1, plain.STATES):
-        count = plain.find_power(pieces, numbers, steps, first, end, L)
-        for i in range(count):
+def _put_polynomial(gain: float, piece: FloatArray, first: int, degree: int, row: int, L: FloatArray) -> None:
+    """Write a polynomial of a piece in all lanes; `first` is its first column."""
+    for k in range(TERMS):
+        _put(gain * piece[first + k] if k <= degree else 0.0, row + LANES * k, L)
+
+
+@kernel
+def _put_model(
+    numbers: FloatArray, piece: FloatArray, law: FloatArray, damper: FloatArray, state: FloatArray, row: FloatArray,
+    L: FloatArray,
+) -> None:  # fmt: skip
+    """Write what does not change while steps go on as in this state in all lanes; `row` has room for CELL_NUMBERS."""
+    numbers_to_row(numbers, state[ON_DECK], row)
+    path_to_row(numbers, piece, state[SHIFT], row)
+    for k in range(at.CELL_NUMBERS):
+        _put(row[k], at.LANE_K + LANES * k, L)
+    lift = numbers[contract.LIFT]
+    _put(numbers[contract.DECK_MASS], at.LANE_MASS, L)
+    _put_polynomial(lift, piece, contract.COEFFICIENT, int(piece[contract.DEGREE]), at.LANE_PATH, L)
+    factor = (
+        int(piece[contract.FACTOR_DEGREE]) if is_contact_phase(state[PHASE]) or state[PHASE] == contract.BONDED else -2
+    )
+    _put_polynomial(1.0, piece, contract.FACTOR, factor, at.LANE_FACTOR, L)
+    if factor == -1:
+        _put(1.0, at.LANE_FACTOR, L)
+    if len(damper):
+        G, bush, rate = held_coefficients(state[contract.END_MODE], damper)
+        _put(G, at.LANE_G, L)
+        _put(bush, at.LANE_BUSH, L)
+        _put(rate, at.LANE_BUSH_RATE, L)
+        _put(1.0 if bush > 0.0 else 0.0, at.LANE_GIVES, L)
+    if state[PHASE] >= contract.YIELDING:
+        yields = law[int(state[PHASE]) - contract.YIELDING]
+        _put(yields[contract.LAW_CENTRE], at.LANE_LAW_CENTRE, L)
+        _put(1.0 / yields[contract.LAW_SCALE], at.LANE_LAW_RATE, L)
+        _put_polynomial(1.0, yields, contract.LAW_FORCE, TERMS, at.LANE_LAW, L)
+        residual = int(piece[contract.RESIDUAL_DEGREE])
+        _put_polynomial(lift, piece, contract.RESIDUAL, residual, at.LANE_RESIDUAL, L)
+
+
+@inlined_kernel
+def _put_state(i: int, state: FloatArray, before: float, after: float, L: FloatArray) -> None:
+    """Write a state in a lane, with the lengths of the steps before and after it."""
+    L[at.LANE_TIME + i], L[at.LANE_U0 + i], L[at.LANE_W0 + i] = state[TIME], state[A], state[B]
+    L[at.LANE_DECK_Y + i], L[at.LANE_DECK_V + i] = state[contract.DECK_Y], state[contract.DECK_V]
+    L[at.LANE_BUSH_Y + i] = state[contract.END_DEFLECTION] if len(state) == contract.ENDED_COLUMNS else 0.0
+    L[at.LANE_BEFORE + i], L[at.LANE_AFTER + i] = before, after
+
+
+@kernel
+def _add_steps(steps: FloatArray, end: FloatArray, powers: float, L: FloatArray, sums: FloatArray) -> None:
+    """Add steps between which only the motion changes to the sums; `end` is the last one's."""
+    begun = worked = gained = lost = 0.0
+    for first in range(0, len(steps) + 1, LANES):
+        for i in range(LANES):
+            k = min(first + i, len(steps))
+            before, after = steps[k - 1, LENGTH] if k > 0 else 0.0, steps[k, LENGTH] if k < len(steps) else 0.0
+            _put_state(i, steps[k] if k < len(steps) else end, before, after, L)
+        call_eight(powers, L)
+        for i in range(min(LANES, len(steps) + 1 - first)):
             if first + i > 0:
-                half = 0.5 * L[plain.STEP_BEFORE + i]  # what is exchanged need not be exact: by the trapezoidal rule
-                sums[MISSING] += L[plain.ENERGY + i] - L[plain.GAIN_BEFORE + i] - begun
+                half = 0.5 * L[at.LANE_BEFORE + i]  # what the contact takes and gives need not be exact
+                sums[MISSING] += L[at.LANE_ENERGY + i] - L[at.LANE_GAIN_BEFORE + i] - begun
                 sums[LARGEST_MISSING] = max(sums[LARGEST_MISSING], abs(sums[MISSING]))
-                sums[WORKED] += half * (abs(working + L[plain.WORKING + i]) + abs(losing + L[plain.LOSING + i]))
-                sums[LARGEST_ELASTIC] = max(sums[LARGEST_ELASTIC], half * abs(gaining + L[plain.GAINING + i]))
-            sums[LARGEST_KINETIC] = max(sums[LARGEST_KINETIC], L[plain.KINETIC + i])
-            begun = L[plain.ENERGY + i] + L[plain.GAIN_AFTER + i]
-            working, gaining, losing = L[plain.WORKING + i], L[plain.GAINING + i], L[plain.LOSING + i]
+                sums[WORKED] += half * abs(worked + L[at.LANE_WORKED + i]) + abs(lost + L[at.LANE_LOST_BEFORE + i])
+                sums[LARGEST_ELASTIC] = max(sums[LARGEST_ELASTIC], half * abs(gained + L[at.LANE_GAINED + i]))
+            sums[LARGEST_KINETIC] = max(sums[LARGEST_KINETIC], L[at.LANE_KINETIC + i])
+            begun = L[at.LANE_ENERGY + i] + L[at.LANE_GAIN_AFTER + i]
+            worked, gained, lost = L[at.LANE_WORKED + i], L[at.LANE_GAINED + i], L[at.LANE_LOST_AFTER + i]
 
 
 @kernel
 def balance_kernel(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
-    last: FloatArray, sums: FloatArray, S: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray, damper: FloatArray, steps: FloatArray, last: FloatArray,
+    sums: FloatArray, made: FloatArray,
 ) -> None:  # fmt: skip
     """Add what some steps, after which the state is `last`, leave missing and exchange to `sums` (SUMS,).
 
-    `law` and `damper` are None where single.py says.
+    `made` says where the code of `powers` is.
     """
-    L = np.zeros(plain.ENTRIES)
-    begins, ends = np.zeros(POWER_TERMS), np.zeros(POWER_TERMS)
+    S, L, row = np.zeros(SCRATCH), np.zeros(at.ENERGY_ENTRIES), np.zeros(at.CELL_NUMBERS)
     end = np.empty(steps.shape[1])
-    same = False
-    y = v = 0.0
     i = 0
     while i < len(steps):
-        elastic = law is None and damper is None and steps[i, PHASE] == CONTACT
-        first, i = i, _last_alike(steps, i) if elastic else i
-        step = steps[i]
-        i += 1
-        after = steps[i] if i < len(steps) else last
-        if elastic:
-            _write_end_state(pieces, numbers, law, step, after, S, end)
-            _add_contact(pieces, numbers, steps[first:i], end, L, sums)
-            same = False
-            continue
-        if not same:
-            _enter_piece(pieces, numbers, law, step, S)
-            y, v = write_power(pieces, numbers, damper, step, S, begins)
-        same = _goes_on(step, after)
-        if same:
-            _enter_piece(pieces, numbers, law, after, S)
-            end_y, end_v = write_power(pieces, numbers, damper, after, S, ends)
-        else:
-            end_y, end_v = _write_end_state(pieces, numbers, law, step, after, S, end)
-            write_power(pieces, numbers, damper, end, S, ends)
-        _add_step(numbers, step, after, y, v, end_y, end_v, begins, ends, sums)
-        begins, ends = ends, begins
-        y, v = end_y, end_v
+        first, i = i, _last_alike(steps, i) + 1
+        step = steps[first]
+        _write_end_state(pieces, numbers, step, steps[i] if i < len(steps) else last, S, end)
+        _put_model(numbers, pieces[int(step[PIECE])], law, damper, step, row, L)
+        _add_steps(steps[first:i], end, made[_kind_of(step[PHASE])], L, sums)
+
+
+def balance(
+    program: contract.Program, pieces: FloatArray, steps: FloatArray, after: FloatArray, sums: FloatArray
+) -> None:
+    """Add what some steps, after which comes `after`, leave missing and exchange to `sums` (SUMS,)."""
+    made = functions_of_energy(len(program.law) > 0)
+    balance_kernel(pieces, program.numbers, program.law, program.damper, steps, after, sums, made)

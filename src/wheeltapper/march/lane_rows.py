@@ -58,6 +58,17 @@ PLAIN_NUMBERS, CELL_NUMBERS = CELL_QUADRATIC + 1, CELL_SHARE + 1
     LANE_U, LANE_W, LANE_N, LANE_PATH, LANE_FACTOR, LANE_Y, LANE_V, LANE_RAIL, LANE_POLYNOMIAL, LANE_WAS,
     LANE_DECK_WAS, LANE_ENTRIES,
 ) = _row_starts(47 * LANES, 33, 23, 23, TERMS, TERMS, *[23] * 4, 3, 2)  # fmt: skip
+# Energies at eight ends of steps: the deck's mass, lengths of the steps before and after each (0: none); of a damper's
+# end the bush, its rate, whether it gives, and its deflection; of a plastic law centre, 1/scale and coefficients, and
+# the residual indentation, in powers of ξ. Found are the energy; what each end adds to the integrals of the power, and
+# of what is lost, over the steps before and after it; the powers of the path and of the contact, times u; and the
+# wheel's kinetic energy.
+(
+    LANE_MASS, LANE_BEFORE, LANE_AFTER, LANE_BUSH, LANE_BUSH_RATE, LANE_GIVES, LANE_BUSH_Y, LANE_LAW_CENTRE,
+    LANE_LAW_RATE, LANE_ENERGY, LANE_GAIN_BEFORE, LANE_GAIN_AFTER, LANE_LOST_BEFORE, LANE_LOST_AFTER, LANE_WORKED,
+    LANE_GAINED, LANE_KINETIC,
+) = range(LANE_ENTRIES, LANE_ENTRIES + 17 * LANES, LANES)  # fmt: skip
+LANE_LAW, LANE_RESIDUAL, ENERGY_ENTRIES = _row_starts(LANE_ENTRIES + 17 * LANES, TERMS, TERMS)
 # Tangents of eight steps of known length, one direction at a time: changes of the start; of what a kind of steps has;
 # of the place and the pace on a polynomial piece; of the harmonic's phase; of t, u, w and the deck's motion at the end.
 (

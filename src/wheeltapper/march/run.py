@@ -413,11 +413,9 @@ def _without_rails(program: Any) -> Any:
 
 def balance(program: Program, pieces: FloatArray, steps: FloatArray, after: FloatArray, sums: FloatArray) -> None:
     """Add what some steps, after which comes `after`, leave missing of the energy and exchange to `sums`."""
-    from wheeltapper.march.balance import balance_kernel
-    from wheeltapper.march.steps.written import scratch_for
+    from wheeltapper.march import balance
 
-    law, damper = program.law_and_damper
-    balance_kernel(pieces, program.numbers, law, damper, steps, after, sums, scratch_for(program))
+    balance.balance(program, pieces, steps, after, sums)
 
 
 def probe(assembly: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -17,7 +17,7 @@ import numpy as np
 from wheeltapper.march import lane_rows as at
 from wheeltapper.march import pool as cells
 from wheeltapper.march import program as contract
-from wheeltapper.march.apart import enter_numbers, enter_path
+from wheeltapper.march.apart import enter_cell
 from wheeltapper.march.borrowed import borrowed
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.program import CONTACT, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, FloatArray, IntArray
@@ -213,8 +213,7 @@ def link_steps(
         for column in range(LENGTH):
             row[column] = step[column]
         if not (entered and same):
-            enter_numbers(cell, pool)
-            enter_path(cell, pool)
+            enter_cell(cell, pool)
             entered = True
         wanted = int(row[cells.CELL_KIND])
         if lossy and not is_lossy(wanted):  # what is differentiated counts as there

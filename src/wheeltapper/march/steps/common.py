@@ -84,6 +84,11 @@ def over_path(terms: Terms) -> list[str]:
     return out + ([f"s{k} = {k + 1}.0 * y{k + 1}" for k in POWERS[:-1]] if terms.end else [])
 
 
+def law() -> list[str]:
+    """Return the lines for a plastic law about the step's start, where the surface's residual indentation is r0."""
+    return ["at_law = rate_law * (u0 * u0 + r0 - centre_law)", *shifted("law", "terms")]
+
+
 def begins(terms: Terms) -> list[str]:
     """Return the lines for what the series begin with, beside what is known."""
     below = "u0 * u0" + (" - on * Y0" if terms.deck else "")

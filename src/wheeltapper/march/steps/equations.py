@@ -161,3 +161,19 @@ def contact(terms: Terms) -> Tape:
     tape.rate(u, 0.5 * w)
     tape.rate(p, pull)
     return tape
+
+
+def powers(terms: Terms | Free) -> Tape:
+    """Return the tape of a step with two further series: the power that dampers take, `lost`, and `power`.
+
+    The latter is what contact force and dampers give to wheel and deck; in contact times dt/ds = u.
+    """
+    tape = contact(terms) if isinstance(terms, Terms) else free(terms)
+    v, e, N, Z = (tape.called(name) for name in ("v", "e", "N", "Z"))
+    lost = tape.named("lost", tape.product("G" * v + "bush" * e, v) + "bearing" * tape.product(Z, Z))
+    power = tape.product(N, v - "on" * Z) - lost
+    if isinstance(terms, Terms):
+        tape.product(tape.called("u"), power, "power")
+    else:
+        tape.named("power", power)
+    return tape

@@ -26,6 +26,8 @@ _WAVE = {
     "amp_cos": "LANE_AMP_COS",
 }  # fmt: skip
 _PATH = {"pace": "LANE_PACE", "origin": "LANE_ORIGIN"}
+_END = {"e0": "LANE_BUSH_Y", "bush": "LANE_BUSH", "bush_rate": "LANE_BUSH_RATE", "gives": "LANE_GIVES"}
+_LAW = {"centre_law": "LANE_LAW_CENTRE", "rate_law": "LANE_LAW_RATE"}
 
 
 def function(name: str, says: str, body: list[str]) -> str:
@@ -96,13 +98,33 @@ def given(terms: Terms) -> list[str]:
     names |= {} if terms.path == FLAT else _WAVE
     names |= _PATH if terms.path == BENT else {}
     names |= (_MOTION | _DECK if terms.deck else {}) | ({"eta": "LANE_ETA"} if terms.hysteresis else {})
+    names |= (_END if terms.end else {}) | (_LAW if terms.yields else {})
     out = read(names)
     if terms.path == BENT:
         out += ["at_y = pace * time - origin", "rate_y = pace", *read_block("piece_y", "LANE_PATH")]
-        out += [*read_block("piece_b", "LANE_FACTOR"), *common.over_path(terms)]
+        out += [*(read_block("piece_b", "LANE_FACTOR") if terms.factor else []), *common.over_path(terms)]
     if terms.path != FLAT:
         out += [*common.gains(terms), *harmonic("gain_sin", "gain_cos")]
+    if terms.yields:
+        out += ["at_r = at_y", "rate_r = rate_y", *read_block("piece_r", "LANE_RESIDUAL")]
+        out += [*common.shifted("r", "piece_r"), *read_block("terms", "LANE_LAW"), *common.law()]
     return [*out, *common.begins(terms)]
+
+
+def given_in_time(terms: Free) -> list[str]:
+    """Return lines that read what a step in time is given."""
+    names = {"time": "LANE_TIME", "y0": "LANE_U0", "v0": "LANE_W0", "K": "LANE_K", "G": "LANE_G", **_WAVE, **_PATH}
+    out = read(names | (_MOTION | _DECK if terms.deck else {}) | (_END if terms.end else {}))
+    out += ["omega2 = omega * omega", *harmonic("amp_sin", "amp_cos"), "at_p = pace * time - origin", "rate_p = pace"]
+    out += [*read_block("piece_y", "LANE_PATH"), *common.shifted("p", "piece_y")]
+    if terms.bonded:
+        out += [
+            "at_b = at_p",
+            "rate_b = rate_p",
+            *read_block("piece_b", "LANE_FACTOR"),
+            *common.shifted("b", "piece_b"),
+        ]
+    return out
 
 
 def series(terms: Terms, order: int) -> list[str]:
@@ -169,10 +191,7 @@ def free_source(terms: Free) -> str:
     In a flight that begins where the indentation is zero, the latter is divided by time.
     """
     order = int(FLIGHT_ORDER)
-    names = {"time": "LANE_TIME", "y0": "LANE_U0", "v0": "LANE_W0", "K": "LANE_K", "G": "LANE_G", "until": "LANE_UNTIL"}
-    body = read(names | _WAVE | _PATH | {"fresh": "LANE_FRESH"} | (_MOTION | _DECK if terms.deck else {}))
-    body += ["omega2 = omega * omega", *harmonic("amp_sin", "amp_cos"), "at_p = pace * time - origin", "rate_p = pace"]
-    body += [*read_block("piece_y", "LANE_PATH"), *common.shifted("p", "piece_y")]
+    body = [*given_in_time(terms), *read({"until": "LANE_UNTIL", "fresh": "LANE_FRESH"})]
     fast = "np.sqrt(K) + G + abs(omega)" + (" + np.sqrt(deck_stiff) + deck_drag" if terms.deck else "")
     body += [f"x = min(min(16.0, 2.0 / max({fast}, 0.001)), until - time)", f"{at('LANE_LENGTH')} = x"]
     rows = {"LANE_Y": "y", "LANE_V": "v"} | ({"LANE_U": "Y", "LANE_W": "Z"} if terms.deck else {})

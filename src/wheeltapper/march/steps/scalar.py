@@ -83,8 +83,7 @@ def _start(terms: Terms) -> list[str]:
         out += [f"terms{k} = S[HERE_LAW + {k}]" for k in common.POWERS] + common.given_polynomial(
             "r", "S[HERE_RESIDUAL", "S[HERE_RESIDUAL_DEGREE]"
         )
-        out += ["rate_law = 1.0 / S[HERE_LAW_SCALE]", "at_law = rate_law * (u0 * u0 + r0 - S[HERE_LAW_CENTRE])"]
-        out += common.shifted("law", "terms")
+        out += ["rate_law, centre_law = 1.0 / S[HERE_LAW_SCALE], S[HERE_LAW_CENTRE]", *common.law()]
     return [*out, *common.begins(terms)]
 
 

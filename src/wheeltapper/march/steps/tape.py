@@ -125,24 +125,28 @@ class Tape:
         self.compositions: dict[str, str] = {}
         self.powers: dict[int, Series] = {}
         self._numbers = count(1)
-        self._names: set[str] = set()
+        self._called: dict[str, Series] = {}
         self._products: dict[tuple[Series, Series], Series] = {}
 
     def state(self, name: str, first: int = 0, is_early: bool = False) -> Series:
         """Return a new state, whose first coefficient is known when the step begins."""
-        one = Series(self._new(name), first, is_early=is_early)
+        one = self._new(Series(name, first, is_early=is_early))
         self.rates[one] = Sum()
         return one
 
-    def _new(self, name: str) -> str:
-        if name in self._names:
-            raise ValueError(f"two series are called {name}")
-        self._names.add(name)
-        return name
+    def _new(self, one: Series) -> Series:
+        if one.name in self._called:
+            raise ValueError(f"two series are called {one.name}")
+        self._called[one.name] = one
+        return one
+
+    def called(self, name: str) -> Series:
+        """Return the series with a name."""
+        return self._called[name]
 
     def polynomial(self, name: str, degree: int) -> Series:
         """Return a series of which all coefficients are known when the step begins."""
-        return Series(self._new(name), last=degree, is_early=True)
+        return self._new(Series(name, last=degree, is_early=True))
 
     def rate(self, state: Series, rate: Term) -> None:
         """Set the derivative of a state."""
@@ -151,7 +155,7 @@ class Tape:
     def named(self, name: str, total: Term, first: int = 0) -> Series:
         """Return a sum as a series of its own; with `first` the first coefficients are left out."""
         is_early = all(term.is_early for term in sum_of(total).terms)
-        one = Series(self._new(name), first, total=sum_of(total), is_early=is_early)
+        one = self._new(Series(name, first, total=sum_of(total), is_early=is_early))
         self.series.append(one)
         return one
 
@@ -162,7 +166,8 @@ class Tape:
         if known is not None:
             return known
         name = name or f"z{next(self._numbers)}_"
-        one = Series(name, left.first + right.first, factors=(left, right), is_early=left.is_early and right.is_early)
+        is_early = left.is_early and right.is_early
+        one = self._new(Series(name, left.first + right.first, factors=(left, right), is_early=is_early))
         self.series.append(one)
         self._products[left, right] = one
         return one

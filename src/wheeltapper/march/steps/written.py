@@ -24,7 +24,7 @@ from wheeltapper.march.compiling.sources import STEPS as FOLDER
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.series import harmonic_at
-from wheeltapper.march.steps import lanes, scalar, tangents, variants
+from wheeltapper.march.steps import lanes, powers, scalar, tangents, variants
 from wheeltapper.march.steps.calling import EIGHT, ONE, TURNED, address_of
 from wheeltapper.march.steps.condensed import condensed
 from wheeltapper.march.steps.equations import Free
@@ -128,11 +128,13 @@ class _Functions:
 one_wheel = _Functions(variants.ONE_WHEEL, source, ONE)
 in_lanes = _Functions(variants.IN_LANES, source_in_lanes, EIGHT)
 of_one_wheel = _Functions(variants.TURNED, source_of_tangents, TURNED)
+of_energy = _Functions(len(powers.KINDS), lambda number, order: powers.source(number), EIGHT)
+EVERY = one_wheel, in_lanes, of_one_wheel, of_energy
 
 
 def write_all(order: int) -> None:
     """Write all functions of an order that are not there yet."""
-    for functions in (one_wheel, in_lanes, of_one_wheel):
+    for functions in EVERY:
         functions.with_bits(order, functions.all)
 
 
@@ -176,6 +178,11 @@ def _turned_kinds(needed: int, lossy: bool) -> int:
         plain = sum(1 << one for one in range(OF_YIELDING) if not VARIANTS[one].hysteresis)
         kinds = (kinds | (kinds & plain) << variants.OF_LOSSY) & ~plain
     return kinds
+
+
+def functions_of_energy(yields: bool) -> FloatArray:
+    """Return the addresses of the functions for energies (powers.py); `yields`: of a wheel whose contact may yield."""
+    return of_energy.with_bits(contract.DEFAULT_ORDER, 0b111 if yields else 0b011)
 
 
 def functions_of_cells(numbers: FloatArray, pieces: FloatArray) -> FloatArray:
