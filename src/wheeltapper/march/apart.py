@@ -101,6 +101,7 @@ def enter_path(cell: int, pool: cells.Pool) -> None:
     if kind <= OVER_WAVE and numbers[contract.STIFFNESS] + numbers[contract.DAMPING] > SLOW:
         kind = OVER_BENT  # the other two do not look at how fast the suspension is
     pool.rows[cell, cells.CELL_KIND] = kind
+    pool.used[cells.USED_KINDS] = max(pool.used[cells.USED_KINDS], kind + 1, 2)
 
 
 @kernel

@@ -194,7 +194,7 @@ def _step_and_log(kind: int, pool: cells.Pool) -> None:
             cells.log_lane(i, pool.held[i], kind, CONTACT, at.LANE_WAS, at.LANE_DECK_WAS, length, pool)
 
 
-@kernel
+@inlined_kernel
 def _step_until_event(kind: int, drain: bool, pool: cells.Pool) -> None:
     """Let cells in contact step until a lane stays empty; with `drain`, until all are."""
     pool = cells.borrowed_pool(pool)
@@ -247,7 +247,7 @@ def _find_deck_ends(kind: int, made: FloatArray, L: FloatArray) -> None:
         call_eight(made[variants.DECK_AT_END], L)
 
 
-@kernel
+@inlined_kernel
 def _choose_ends(filled: int, stage: int, kind: int, made: FloatArray, L: FloatArray) -> None:
     """Shorten the steps of TURN, OPEN and CROSS to their losses or breakpoints; write how each ends."""
     shorter = stage != cells.TURN
@@ -350,7 +350,7 @@ def _lose_contact(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
         cells.push(cell, queue_of_flight(kind), pool.queue)
 
 
-@kernel
+@inlined_kernel
 def _step_with_event(stage: int, kind: int, pool: cells.Pool) -> None:
     """Make one contact step that may hold an extreme of the force, and may end at a breakpoint or in a loss."""
     pool = cells.borrowed_pool(pool)
@@ -368,7 +368,7 @@ def _step_with_event(stage: int, kind: int, pool: cells.Pool) -> None:
         _act(i, held[i], kind, pool)
 
 
-@kernel
+@inlined_kernel
 def _step_in_flight(which: int, pool: cells.Pool) -> None:
     """Make one step in flight, up to the impact or the breakpoint in it."""
     pool = cells.borrowed_pool(pool)
@@ -438,9 +438,10 @@ def lanes_kernel(pool: cells.Pool) -> bool:
                 return False
             continue
         fullest = 0
-        for which in range(1, cells.APART):
-            if queue[cells.WAITING, which] > queue[cells.WAITING, fullest]:
-                fullest = which
+        for stage in range(0, cells.APART, cells.KINDS):
+            for which in range(stage, min(stage + used[cells.USED_KINDS], cells.APART)):
+                if queue[cells.WAITING, which] > queue[cells.WAITING, fullest]:
+                    fullest = which
         if queue[cells.WAITING, fullest] == 0:
             return True
         drain = queue[cells.WAITING, fullest] < at.LANES

@@ -31,9 +31,9 @@ EMPTY = -1
 """Stands for the cell of an empty lane."""
 WAITING, NEWEST, BEFORE = range(3)
 """Rows of the table of queues: how many wait in each, which cell came last, and of each cell which came before it."""
-USED_EVENTS, USED_PEAKS, VISITS, USED_STEPS, TO_THE_END = range(5)
-"""Rows of events and of peaks in use, visits of cells to APART, rows of the log of steps in use; and 1 where cells
-march to their ends even if what they wait for can never come."""
+USED_EVENTS, USED_PEAKS, VISITS, USED_STEPS, USED_KINDS, TO_THE_END = range(6)
+"""Rows of events and of peaks in use, visits of cells to APART, rows of the log of steps in use, kinds of steps in use
+(at least two); and 1 where cells march to their ends even if what they wait for can never come."""
 
 # A cell's row: state and counts as in the scratch array from STATE on, the rows of `L` from K on, the kind of its
 # contact steps, and how it ended.
@@ -62,7 +62,7 @@ class Pool(NamedTuple):
     events: FloatArray  # (rows, EVENT_COLUMNS + 1), in the order in which they were found
     peaks: FloatArray  # (rows, PEAK_COLUMNS + 1)
     log: FloatArray  # (rows, STEP_COLUMNS + 1): all steps, in the order in which they were made; no rows: not kept
-    used: IntArray  # (5,): from USED_EVENTS to TO_THE_END
+    used: IntArray  # (6,): from USED_EVENTS to TO_THE_END
     steps: FloatArray  # (STEP_ROWS, STEP_COLUMNS)
     S: FloatArray  # (SCRATCH,)
     L: FloatArray  # (ENTRIES,)
