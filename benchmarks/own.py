@@ -26,6 +26,7 @@ from wheeltapper.march.program import (
 from wheeltapper.march.single import March, march
 
 Method = Literal["default", "strict"]
+DECK = "mass", "stiffness", "damping"
 
 
 def scenario(case: Case) -> wt.Scenario:
@@ -39,8 +40,8 @@ def scenario(case: Case) -> wt.Scenario:
             damping=float(case.damping),
             gravity=float(case.gravity),
         ),
-        track=wt.StiffTrack(),
-        contact=wt.Hertz(constant=float(case.constant)),
+        track=wt.FloatingDeck(**dict(zip(DECK, map(float, case.deck), strict=True))) if case.deck else wt.StiffTrack(),
+        contact=wt.Hertz(constant=float(case.constant), hysteresis=float(case.hysteresis or 0)),
         irregularity=(
             wt.CosineBump(height=height, length=length, start=0.0)
             if case.is_bump

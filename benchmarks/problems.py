@@ -1,4 +1,4 @@
-"""The two cases that all codes solve, in SI units and in the scaled numbers that the peers get.
+"""The cases that codes solve, in SI units and in the scaled numbers that the peers get.
 
 Both are one wheelset on a stiff rail with a Hertz contact, whose centre follows the irregularity itself, started at
 rest in static equilibrium where the irregularity begins. In units of force N0 = P + mg, length d0 = (N0/C)^(2/3) and
@@ -6,14 +6,16 @@ time sqrt(m·d0/N0), the indentation δ of the contact obeys
 
     δ'' = F(t) - K·δ - G·δ' - max(δ, 0)^1.5,      F = 1 + K·yk + G·yk' + yk'',
 
-yk the height of the irregularity under the wheel. On each piece of the rail F is a constant plus one harmonic.
+yk the height of the irregularity under the wheel. On each piece of the rail F is a constant plus one harmonic. With
+hysteresis the last term is multiplied by 1 + η·δ'. On a deck, which moves by Y, K·Y + G·Y' + Y'' comes to F, and Y'' is
+(N0 - N)/M - stiffness·Y - damping·Y', N the contact's force and N0 that at rest.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -53,11 +55,13 @@ class Case:
     gravity: str = "9.81"  # m/s²
     constant: str = "1.9e11"  # N/m^1.5
     stiffness: str = "2.4e6"  # N/m
+    hysteresis: str = ""  # s/m
+    deck: tuple[str, ...] = ()  # kg, N/m, N s/m
 
     @property
     def inputs(self) -> dict[str, str]:
-        """The physical inputs, as text."""
-        return {name: str(value) for name, value in vars(self).items() if name not in ("impacts", "maxima")}
+        """The physical inputs that there are, as text."""
+        return {name: str(value) for name, value in vars(self).items() if value and name not in ("impacts", "maxima")}
 
 
 CASES = {
@@ -67,6 +71,13 @@ CASES = {
         Case("corr", False, "50e-6", "50e-3", "9", "1e5", "1", 180, 180),
     )
 }
+TERMS = {
+    name: replace(CASES["bump"], name=f"bump, {name}", **more)  # type: ignore[arg-type]
+    for name, more in (
+        ("hysteresis", {"hysteresis": "0.1"}), ("deck", {"deck": ("15e3", "15e6", "5e4")}),
+    )
+}  # fmt: skip
+"""The same bump with another term in the equations."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +110,8 @@ class Scaled:
     rate: Number  # indentation rate at t = 0
     time_unit: Number  # s
     force_unit: Number  # N
+    hysteresis: Number = 0.0
+    deck: tuple[Number, ...] = ()  # 1/mass, stiffness/mass, damping/mass
 
 
 @dataclass(frozen=True)
@@ -150,7 +163,10 @@ def scaled(case: Case, number: Callable[[str], Number] = float, pi: Number = mat
     else:  # yk = a·sin Ωt: its corner at t = 0 starts the contact with a rate
         pieces = [Piece(end, number("1"), height * (k - omega**2), g * height * omega)]
         rate = height * omega
-    return Scaled(k, g, omega, tuple(pieces), static_root(k), rate, time, weight)
+    eta, deck = number(case.hysteresis or "0") * length / time, tuple(map(number, case.deck))
+    if deck:
+        deck = mass / deck[0], deck[1] * time**2 / deck[0], deck[2] * time / deck[0]
+    return Scaled(k, g, omega, tuple(pieces), static_root(k), rate, time, weight, eta, deck)
 
 
 def static_root(stiffness: Number) -> Number:
