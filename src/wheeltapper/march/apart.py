@@ -9,7 +9,7 @@ from wheeltapper.march import layout
 from wheeltapper.march import pool as cells
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, is_free
-from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE
 from wheeltapper.march.program import CONTACT, FLIGHT, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
 from wheeltapper.march.series import harmonic_at, localise, rail_at
@@ -18,7 +18,7 @@ from wheeltapper.march.steplength import SLOW
 from wheeltapper.march.steps.variants import OVER_BENT, OVER_WAVE, has_deck, variant_of
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def polynomial_at(pieces: FloatArray, piece: int, source: int, degree: int, x: float) -> tuple[float, float]:
     """Return a polynomial of a piece at the place ξ = x, and its derivative; `source` is its first column."""
     value, slope = 0.0, 0.0
@@ -30,7 +30,7 @@ def polynomial_at(pieces: FloatArray, piece: int, source: int, degree: int, x: f
     return value, slope
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def force_at(
     cell: int, time: float, u: float, w: float, pieces: FloatArray, first: IntArray, rows: FloatArray
 ) -> float:
@@ -44,7 +44,7 @@ def force_at(
     return max(factor * law * (1.0 + rows[cell, local + at.CELL_ETA] * w), 0.0)
 
 
-@kernel
+@uncounted_kernel
 def rail_at_time(cell: int, time: float, deck_y: float, deck_v: float, pool: cells.Pool) -> tuple[float, float]:
     """Return height and velocity of the rail under a cell's wheel."""
     local = pool.rows[cell, cells.LOCAL :]
@@ -64,7 +64,7 @@ def rail_at_time(cell: int, time: float, deck_y: float, deck_v: float, pool: cel
     return height, velocity
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def path_to_row(numbers: FloatArray, piece: FloatArray, shift: float, row: FloatArray) -> None:
     """Write what lanes need of a piece of the path in a row of CELL_NUMBERS; its polynomials are not among it."""
     lift, pace = numbers[contract.LIFT], numbers[contract.PACE]
@@ -83,7 +83,7 @@ def path_to_row(numbers: FloatArray, piece: FloatArray, shift: float, row: Float
     row[at.CELL_ORIGIN] = origin / piece[contract.SCALE]
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def enter_path(cell: int, pool: cells.Pool) -> None:
     """Write what lanes need of the present piece of a cell's path, and until when, in its row."""
     numbers = pool.numbers[cell]
@@ -104,7 +104,7 @@ def enter_path(cell: int, pool: cells.Pool) -> None:
     pool.used[cells.USED_KINDS] = max(pool.used[cells.USED_KINDS], kind + 1, 2)
 
 
-@kernel
+@uncounted_kernel
 def numbers_to_row(numbers: FloatArray, on: float, row: FloatArray) -> None:
     """Write suspension, contact and deck, on which the wheel is (1) or not (0), in a row of CELL_NUMBERS."""
     mass = numbers[contract.DECK_MASS]
@@ -122,20 +122,20 @@ def numbers_to_row(numbers: FloatArray, on: float, row: FloatArray) -> None:
     row[at.CELL_SHARE] = on * per_mass
 
 
-@kernel
+@uncounted_kernel
 def enter_cell(cell: int, pool: cells.Pool) -> None:
     """Write what lanes need of a cell in its row."""
     numbers_to_row(pool.numbers[cell], pool.rows[cell, contract.ON_DECK], pool.rows[cell, cells.LOCAL :])
     enter_path(cell, pool)
 
 
-@kernel
+@uncounted_kernel
 def queue_of_flight(kind: int) -> int:
     """Return the queue in which a cell in flight waits."""
     return cells.FLY + 1 if has_deck(kind) else cells.FLY
 
 
-@kernel
+@uncounted_kernel
 def join_queue(cell: int, pool: cells.Pool) -> bool:
     """Put the cell in S in the queue of its next step, if lanes can take it; else return False."""
     S, numbers = pool.S, pool.numbers[cell]
@@ -159,7 +159,7 @@ def join_queue(cell: int, pool: cells.Pool) -> bool:
     return True
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def cross_softly(cell: int, pool: cells.Pool) -> bool:
     """Take a cell over a breakpoint where the path stays smooth; return False, and do nothing, where there is more."""
     rows, numbers = pool.rows, pool.numbers[cell]
@@ -186,7 +186,7 @@ def cross_softly(cell: int, pool: cells.Pool) -> bool:
     return True
 
 
-@kernel
+@uncounted_kernel
 def cross_breakpoint(cell: int, pool: cells.Pool) -> None:
     """Take a cell across the breakpoint that it has reached, or end its march there."""
     S, numbers = pool.S, pool.numbers[cell]
@@ -205,7 +205,7 @@ def cross_breakpoint(cell: int, pool: cells.Pool) -> None:
         cells.push(cell, cells.APART, pool.queue)
 
 
-@kernel
+@uncounted_kernel
 def go_apart(pool: cells.Pool) -> bool:
     """March one cell alone until lanes can take it, or to its end; return False if a table needs more room."""
     rows, queue = pool.rows, pool.queue
@@ -238,7 +238,7 @@ def go_apart(pool: cells.Pool) -> bool:
             return True
 
 
-@kernel
+@uncounted_kernel
 def start_lanes(motions: FloatArray, pool: cells.Pool) -> None:
     """Set every cell's state at time zero: rows of `motions`, or where there are none what its numbers say."""
     S = pool.S
@@ -255,7 +255,7 @@ def start_lanes(motions: FloatArray, pool: cells.Pool) -> None:
             cells.push(cell, cells.APART, pool.queue)
 
 
-@kernel
+@uncounted_kernel
 def motions_kernel(pool: cells.Pool, out: FloatArray) -> None:
     """Write displacement and velocity of every cell's wheel, and of its deck, into `out` (cells, CELL_MOTIONS)."""
     S = pool.S

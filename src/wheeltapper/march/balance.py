@@ -22,7 +22,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.apart import numbers_to_row, path_to_row
 from wheeltapper.march.events import is_contact_phase
 from wheeltapper.march.held_end import held_coefficients
-from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel, kernel, uncounted_kernel
 from wheeltapper.march.lane_rows import LANES
 from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.program import CONTACT, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TERMS, TIME, A, B, FloatArray
@@ -37,7 +37,7 @@ ROUNDING = 1e-10
 """An indentation below this part of the displacement is rounding: there the contact opens."""
 
 
-@kernel
+@uncounted_kernel
 def _wheel_motion(state: FloatArray, S: FloatArray) -> tuple[float, float]:
     """Return displacement and velocity of the wheel in a state whose piece stands in S."""
     if not is_contact_phase(state[PHASE]):
@@ -46,7 +46,7 @@ def _wheel_motion(state: FloatArray, S: FloatArray) -> tuple[float, float]:
     return height - state[A] * state[A], velocity - state[B]
 
 
-@kernel
+@uncounted_kernel
 def _put_wheel(y: float, v: float, state: FloatArray, S: FloatArray) -> None:
     """Write displacement and velocity of the wheel into a state whose piece stands in S, as its phase has them."""
     state[A], state[B] = y, v
@@ -57,13 +57,13 @@ def _put_wheel(y: float, v: float, state: FloatArray, S: FloatArray) -> None:
         state[B] = velocity - v
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _kind_of(phase: float) -> int:
     """Return the number of the function for energies in a phase (steps/powers.py)."""
     return 2 if phase >= contract.YIELDING else 1 if phase == CONTACT else 0
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _goes_on(step: FloatArray, after: FloatArray) -> bool:
     """Return whether nothing but the motion is another in the state after a step."""
     same = True
@@ -72,7 +72,7 @@ def _goes_on(step: FloatArray, after: FloatArray) -> bool:
     return same and (len(step) < contract.ENDED_COLUMNS or after[contract.END_MODE] == step[contract.END_MODE])
 
 
-@kernel
+@uncounted_kernel
 def _write_end_state(
     pieces: FloatArray, numbers: FloatArray, step: FloatArray, after: FloatArray, S: FloatArray, end: FloatArray
 ) -> None:
@@ -90,7 +90,7 @@ def _write_end_state(
     _put_wheel(y, v, end, S)
 
 
-@kernel
+@uncounted_kernel
 def _last_alike(steps: FloatArray, first: int) -> int:
     """Return the number of the last of the steps from `first` on after which only the motion is another."""
     i = first
@@ -99,21 +99,21 @@ def _last_alike(steps: FloatArray, first: int) -> int:
     return i
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _put(value: float, row: int, L: FloatArray) -> None:
     """Write a number in all lanes."""
     for i in range(LANES):
         L[row + i] = value
 
 
-@kernel
+@uncounted_kernel
 def _put_polynomial(gain: float, piece: FloatArray, first: int, degree: int, row: int, L: FloatArray) -> None:
     """Write a polynomial of a piece in all lanes; `first` is its first column."""
     for k in range(TERMS):
         _put(gain * piece[first + k] if k <= degree else 0.0, row + LANES * k, L)
 
 
-@kernel
+@uncounted_kernel
 def _put_model(
     numbers: FloatArray, piece: FloatArray, law: FloatArray, damper: FloatArray, state: FloatArray, row: FloatArray,
     L: FloatArray,
@@ -147,7 +147,7 @@ def _put_model(
         _put_polynomial(lift, piece, contract.RESIDUAL, residual, at.LANE_RESIDUAL, L)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _put_state(i: int, state: FloatArray, before: float, after: float, L: FloatArray) -> None:
     """Write a state in a lane, with the lengths of the steps before and after it."""
     L[at.LANE_TIME + i], L[at.LANE_U0 + i], L[at.LANE_W0 + i] = state[TIME], state[A], state[B]
@@ -156,7 +156,7 @@ def _put_state(i: int, state: FloatArray, before: float, after: float, L: FloatA
     L[at.LANE_BEFORE + i], L[at.LANE_AFTER + i] = before, after
 
 
-@kernel
+@uncounted_kernel
 def _add_steps(steps: FloatArray, end: FloatArray, powers: float, L: FloatArray, sums: FloatArray) -> None:
     """Add steps between which only the motion changes to the sums; `end` is the last one's."""
     begun = worked = gained = lost = 0.0

@@ -30,7 +30,7 @@ import numpy as np
 from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.held_end import flight_reach_with_end, held_coefficients, hold_end
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import BUSH, COUNT, FLIGHT_ORDER, STATE, STOPS, TREND, WHEEL_V, WHEEL_Y, T, U, W, Y, Z
 from wheeltapper.march.program import ON_DECK, TIME, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
@@ -46,7 +46,7 @@ HARDLY_BEYOND = 1e-3
 """Times the tolerance: how far beyond a stop the wheel may turn without reaching it."""
 
 
-@kernel
+@uncounted_kernel
 def _series_direction(row: int, order: int, length: float, S: FloatArray) -> float:
     """Return where a series heads from its start, 1 or -1; 0 where it stays within rounding."""
     power = 1.0
@@ -58,7 +58,7 @@ def _series_direction(row: int, order: int, length: float, S: FloatArray) -> flo
     return 0.0
 
 
-@kernel
+@uncounted_kernel
 def _turns_back_at_once(row: int, side: float, order: int, length: float, tolerance: float, S: FloatArray) -> bool:
     """Return True where a series that heads to that side turns back after next to nothing, and is back in the step."""
     rise, fall = side * S[row + 1], -side * S[row + 2]
@@ -70,7 +70,7 @@ def _turns_back_at_once(row: int, side: float, order: int, length: float, tolera
     )
 
 
-@kernel
+@uncounted_kernel
 def _log_stop(kind: int, side: float, stops: FloatArray, S: FloatArray) -> None:
     row = int(S[COUNT + STOPS])
     stops[row, contract.STOP_TIME] = S[STATE + TIME]
@@ -79,7 +79,7 @@ def _log_stop(kind: int, side: float, stops: FloatArray, S: FloatArray) -> None:
     S[COUNT + STOPS] += 1.0
 
 
-@kernel
+@uncounted_kernel
 def _changes_hold(
     damper: FloatArray, y: int, order: int, length: float, tolerance: float, stops: FloatArray, S: FloatArray
 ) -> bool:
@@ -106,7 +106,7 @@ def _changes_hold(
     return True
 
 
-@kernel
+@uncounted_kernel
 def _first_directed_root(
     row: int, gain: float, offset: float, direction: float, order: int, length: float, S: FloatArray
 ) -> float:
@@ -120,7 +120,7 @@ def _first_directed_root(
     return root
 
 
-@kernel
+@uncounted_kernel
 def _changes_at(damper: FloatArray, y: int, v: int, order: int, length: float, S: FloatArray) -> float:
     """Return where in the step the end meets or leaves a stop; NONE where it does not."""
     mode = S[STATE + contract.END_MODE]
@@ -144,7 +144,7 @@ def _changes_at(damper: FloatArray, y: int, v: int, order: int, length: float, S
     return found
 
 
-@kernel
+@uncounted_kernel
 def _wheel_motion(order: int, s: float, S: FloatArray) -> tuple[float, float]:
     """Return the wheel's displacement and velocity in a contact step as the state at its end will have them."""
     y, v, _ = path_at(evaluate(S, T, order, s), S)
@@ -157,7 +157,7 @@ def _wheel_motion(order: int, s: float, S: FloatArray) -> tuple[float, float]:
     return y, v
 
 
-@kernel
+@uncounted_kernel
 def _refined_root(damper: FloatArray, order: int, root: float, length: float, S: FloatArray) -> float:
     """Return the root of a contact step by the state instead of the truncated rows of y and v."""
     mode = S[STATE + contract.END_MODE]
@@ -177,14 +177,14 @@ def _refined_root(damper: FloatArray, order: int, root: float, length: float, S:
     return root
 
 
-@kernel
+@uncounted_kernel
 def carry_end(damper: FloatArray, order: int, length: float, whole: bool, S: FloatArray) -> None:
     """Carry the bush's deflection to the step's end; `whole`: it is a contact step that nothing cuts."""
     if damper[contract.DAMPER_BUSH] > 0.0 and S[STATE + contract.END_MODE] != contract.FREE:
         S[STATE + contract.END_DEFLECTION] = S[layout.NEXT_BUSH] if whole else evaluate(S, BUSH, order, length)
 
 
-@kernel
+@uncounted_kernel
 def _bound_end(damper: FloatArray, S: FloatArray) -> None:
     """Say between what contact steps go on without a look at the damper's end."""
     mode, place, play = S[STATE + contract.END_MODE], S[STATE + contract.END_PLACE], damper[contract.DAMPER_PLAY]
@@ -194,7 +194,7 @@ def _bound_end(damper: FloatArray, S: FloatArray) -> None:
     S[layout.HEADING] = mode if held else 0.0
 
 
-@kernel
+@uncounted_kernel
 def held_contact_reach(
     pieces: FloatArray, numbers: FloatArray, damper: FloatArray, until: float, steps: FloatArray, stops: FloatArray,
     S: FloatArray,
@@ -217,7 +217,7 @@ def held_contact_reach(
     return reach, length, t, u, w, turns, root != NONE
 
 
-@kernel
+@uncounted_kernel
 def held_flight_reach(
     pieces: FloatArray, numbers: FloatArray, damper: FloatArray, until: float, stops: FloatArray, S: FloatArray
 ) -> float:  # fmt: skip
@@ -233,14 +233,14 @@ def held_flight_reach(
     return reach if root == NONE else root
 
 
-@kernel
+@uncounted_kernel
 def damper_pull(damper: FloatArray, v: float, S: FloatArray) -> float:
     """Return the force with which damper and end hold back a wheel that moves at v (scaled)."""
     G, soft, _ = held_coefficients(S[STATE + contract.END_MODE], damper)
     return float(G * v + soft * S[STATE + contract.END_DEFLECTION])
 
 
-@kernel
+@uncounted_kernel
 def bush_rate(damper: FloatArray, v: float, S: FloatArray) -> float:
     """Return the rate of the deflection of a bush that is held, at a wheel that moves at v (scaled)."""
     _, soft, rate = held_coefficients(S[STATE + contract.END_MODE], damper)

@@ -17,7 +17,7 @@ from wheeltapper.march import series
 from wheeltapper.march.events import force as contact_force
 from wheeltapper.march.events import is_contact_phase
 from wheeltapper.march.held_end import held_coefficients
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import kernel, uncounted_kernel
 from wheeltapper.march.layout import BUSH, FLIGHT_ORDER, T, U, W, Y, Z
 from wheeltapper.march.program import LENGTH, ON_DECK, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate
@@ -39,7 +39,7 @@ BEGINS, FINISHES = range(2)
 """A step's start and end."""
 
 
-@kernel
+@uncounted_kernel
 def prepare_step(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, step: FloatArray,
     S: FloatArray,
@@ -50,7 +50,7 @@ def prepare_step(
     return is_contact_phase(step[PHASE])
 
 
-@kernel
+@uncounted_kernel
 def fill_row(
     numbers: FloatArray, damper: FloatArray | None, step: FloatArray, x: float, S: FloatArray, out: FloatArray
 ) -> float:  # fmt: skip
@@ -99,7 +99,7 @@ def fill_row(
     return after
 
 
-@kernel
+@uncounted_kernel
 def _fill_end(damper: FloatArray, step: FloatArray, order: int, x: float, S: FloatArray, out: FloatArray) -> None:
     """Write what the damper's end does, and what its force does to the wheel."""
     mode = step[contract.END_MODE]
@@ -114,7 +114,7 @@ def _fill_end(damper: FloatArray, step: FloatArray, order: int, x: float, S: Flo
     out[OUT_WHEEL_A] += out[OUT_DAMPER_FORCE]
 
 
-@kernel
+@uncounted_kernel
 def _place_at_time(order: int, x: float, s_max: float, time: float, S: FloatArray) -> float:
     """Return s in (0, s_max] with t(s) = time, from a guess."""
     for _ in range(8):
@@ -128,7 +128,7 @@ def _place_at_time(order: int, x: float, s_max: float, time: float, S: FloatArra
     return time_to(S, order, s_max, time)
 
 
-@kernel
+@uncounted_kernel
 def dense(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
     times: FloatArray, out: FloatArray, S: FloatArray,

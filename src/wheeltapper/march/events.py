@@ -13,7 +13,7 @@ import numpy as np
 
 from wheeltapper.march import layout
 from wheeltapper.march import program as contract
-from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE, N, T, U, W
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, first_root
@@ -39,19 +39,19 @@ of the default method are exact to some 1e-10: a lower maximum may be rounding."
 AT_BREAK, WAITS, TOP_TIME, TOP_FORCE, TOP_CORNER, TOP_IMPACTS, LOWEST = range(7)
 
 
-@kernel
+@uncounted_kernel
 def is_free(phase: float) -> bool:
     """Return True for the phases without contact force."""
     return bool(phase == contract.FLIGHT or phase == contract.RELEASED)
 
 
-@kernel
+@uncounted_kernel
 def is_contact_phase(phase: float) -> bool:
     """Return True for the phases in which a step runs in s, the variable of the regularised contact."""
     return bool(phase == contract.CONTACT or phase >= contract.YIELDING)
 
 
-@kernel
+@uncounted_kernel
 def force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) -> float:
     """Return the contact force at indentation u² and rate w, by the law that holds."""
     if S[layout.HERE_LAW_TERMS] != 0.0:
@@ -61,7 +61,7 @@ def force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) 
     return max(elastic * (1.0 + numbers[contract.HYSTERESIS] * w), 0.0)
 
 
-@kernel
+@uncounted_kernel
 def log_step(length: float, steps: FloatArray, S: FloatArray) -> None:
     """Write the row of a step from the present state."""
     row = int(S[COUNT])
@@ -71,7 +71,7 @@ def log_step(length: float, steps: FloatArray, S: FloatArray) -> None:
     S[COUNT] += 1
 
 
-@kernel
+@uncounted_kernel
 def log_event(time: float, kind: int, rate: float, cause: float, events: FloatArray, counts: FloatArray) -> None:
     """Write an event in its row; `counts` are the entries of the scratch array from COUNT on."""
     row = int(counts[layout.EVENTS])
@@ -88,7 +88,7 @@ def log_event(time: float, kind: int, rate: float, cause: float, events: FloatAr
         counts[layout.SEEN] = 1.0
 
 
-@kernel
+@uncounted_kernel
 def reset_force_trend(S: FloatArray) -> None:
     """Begin to follow the force of another march."""
     S[MARK + AT_BREAK] = 0.0
@@ -96,7 +96,7 @@ def reset_force_trend(S: FloatArray) -> None:
     S[MARK + LOWEST] = np.inf
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def follow_force(
     time: float, force: float, corner: float, peaks: FloatArray, mark: FloatArray, counts: FloatArray
 ) -> None:
@@ -125,21 +125,21 @@ def follow_force(
         mark[LOWEST] = force
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def follow_on(force: float, peaks: FloatArray, S: FloatArray) -> None:
     """Take the force at the present state, where a step begins."""
     follow_force(S[STATE + TIME], force, S[MARK + AT_BREAK], peaks, S[MARK:], S[COUNT:])
     S[MARK + AT_BREAK] = 0.0
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def follow_to_break(until: float, force: float, peaks: FloatArray, S: FloatArray) -> None:
     """Take the force just before a breakpoint."""
     follow_force(until, force, 1.0, peaks, S[MARK:], S[COUNT:])
     S[MARK + AT_BREAK] = 1.0
 
 
-@kernel
+@uncounted_kernel
 def follow_inside(numbers: FloatArray, time: float, order: int, trend: int, degree: int, length: float, bonded: bool, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
     """Take the force's extremes inside a step; row `trend` holds the sign of its rate."""
     rate = S[trend]
@@ -163,7 +163,7 @@ def follow_inside(numbers: FloatArray, time: float, order: int, trend: int, degr
         direction = -direction
 
 
-@kernel
+@uncounted_kernel
 def next_piece(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> int:
     """Enter the next piece of the table; return how it joins, or -1 at the table's end."""
     piece = int(S[STATE + PIECE]) + 1
@@ -178,7 +178,7 @@ def next_piece(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> int:
     return int(numbers[contract.LOOP_JOIN])
 
 
-@kernel
+@uncounted_kernel
 def piece_end(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> float:
     """Return the time at which the present piece ends."""
     end = pieces[int(S[STATE + PIECE]), contract.STOP]
@@ -187,7 +187,7 @@ def piece_end(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> float:
     return (end + S[STATE + SHIFT]) / numbers[contract.PACE]
 
 
-@kernel
+@uncounted_kernel
 def take_contact(numbers: FloatArray, delta: float, rate: float, S: FloatArray) -> None:
     """Enter contact with an indentation and its rate."""
     S[STATE + PHASE] = contract.CONTACT
@@ -197,7 +197,7 @@ def take_contact(numbers: FloatArray, delta: float, rate: float, S: FloatArray) 
         S[STATE + PHASE] = contract.RELEASED
 
 
-@kernel
+@uncounted_kernel
 def free_acceleration(numbers: FloatArray, y: float, v: float, S: FloatArray) -> float:
     """Return δ'' without contact force."""
     _, _, a = path_at(0.0, S)
@@ -208,7 +208,7 @@ def free_acceleration(numbers: FloatArray, y: float, v: float, S: FloatArray) ->
     return a
 
 
-@kernel
+@uncounted_kernel
 def choose_phase(numbers: FloatArray, y: float, v: float, was: int, cause: float, events: FloatArray, S: FloatArray) -> None:  # fmt: skip
     """Choose the phase from displacement and velocity at a start or a breakpoint, and record a change of it."""
     height, velocity = rail_at(0.0, S[STATE:], S)
@@ -234,7 +234,7 @@ def choose_phase(numbers: FloatArray, y: float, v: float, was: int, cause: float
         log_event(S[STATE + TIME], contract.IMPACT, rate, cause, events, S[COUNT:])
 
 
-@kernel
+@uncounted_kernel
 def cross_break(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: FloatArray) -> int:
     """Go over the breakpoint(s) at the present time; `local` belongs to the piece behind, time zero is now."""
     time = S[STATE + TIME]

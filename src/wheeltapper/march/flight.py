@@ -8,12 +8,12 @@ import numpy as np
 
 from wheeltapper.march import layout
 from wheeltapper.march import program as contract
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import F
 from wheeltapper.march.program import FloatArray
 
 
-@kernel
+@uncounted_kernel
 def path_series(order: int, S: FloatArray) -> None:
     """Put the path's own series in time in row F."""
     degree = int(S[layout.HERE_DEGREE])
@@ -31,7 +31,7 @@ def path_series(order: int, S: FloatArray) -> None:
             h, d = d * part, -h * part
 
 
-@kernel
+@uncounted_kernel
 def flight_reach(numbers: FloatArray, S: FloatArray) -> float:
     """Return the time over which the flight series of order FLIGHT_ORDER is exact to rounding."""
     rate = np.sqrt(numbers[contract.STIFFNESS]) + numbers[contract.DAMPING] + abs(S[layout.HERE_OMEGA])

@@ -9,7 +9,6 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
-from wheeltapper.march.borrowed import borrowed
 from wheeltapper.march.dense import OUT_COLUMNS
 from wheeltapper.march.ensemble import Cells, KeptSteps, Marched, march_keeping_steps
 from wheeltapper.march.kernel import kernel
@@ -19,7 +18,7 @@ from wheeltapper.march.single import March, march
 from wheeltapper.march.steps.written import scratch_of_cells
 from wheeltapper.march.tally import CONTACTS, HIGHEST, HIGHEST_TIME, STILL_OPEN, TALLY, tally_kernel
 from wheeltapper.march.tangent import repeat_kernel, tangent_kernel
-from wheeltapper.march.tangent_lanes import Links, borrowed_links, links_of
+from wheeltapper.march.tangent_lanes import Links, links_of
 from wheeltapper.march.tangent_path import LANES, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
 
@@ -62,17 +61,6 @@ def gradient_kernel(
     links: Links | None,
 ) -> None:  # fmt: skip
     """Repeat the steps of all cells with tangents."""
-    pieces, numbers, turns, bends, table = (
-        borrowed(pieces), borrowed(numbers), borrowed(turns), borrowed(bends), borrowed(table),
-    )  # fmt: skip
-    steps, last, events, peaks, impulses = (
-        borrowed(steps), borrowed(last), borrowed(events), borrowed(peaks), borrowed(impulses),
-    )  # fmt: skip
-    of_events, of_peaks, of_highest, of_impulses, S, D = (
-        borrowed(of_events), borrowed(of_peaks), borrowed(of_highest), borrowed(of_impulses), borrowed(S), borrowed(D),
-    )  # fmt: skip
-    if links is not None:
-        links = borrowed_links(links)
     start = np.zeros((2, LANES))
     start[OF_HEIGHT, BY_HEIGHT] = 1.0
     start[OF_VELOCITY, BY_VELOCITY] = 1.0

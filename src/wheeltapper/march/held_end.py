@@ -10,11 +10,11 @@ import numpy as np
 
 from wheeltapper.march import layout
 from wheeltapper.march import program as contract
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.program import FloatArray
 
 
-@kernel
+@uncounted_kernel
 def held_coefficients(mode: float, damper: FloatArray) -> tuple[float, float, float]:
     """Return G of a rigid end, B and β of a bush, as far as something holds the end."""
     if mode == contract.FREE:
@@ -24,13 +24,13 @@ def held_coefficients(mode: float, damper: FloatArray) -> tuple[float, float, fl
     return damper[contract.DAMPER_DAMPING], 0.0, 0.0
 
 
-@kernel
+@uncounted_kernel
 def hold_end(damper: FloatArray, mode: float, S: FloatArray) -> None:
     """Put these coefficients in S, where contact steps find them."""
     S[layout.END_G], S[layout.END_B], S[layout.END_BETA] = held_coefficients(mode, damper)
 
 
-@kernel
+@uncounted_kernel
 def flight_reach_with_end(numbers: FloatArray, damper: FloatArray, state: FloatArray) -> float:
     """Return the time over which the series of a flight, of wheel and bush, are exact to rounding."""
     G, soft, rate = held_coefficients(state[contract.END_MODE], damper)

@@ -22,7 +22,7 @@ from wheeltapper.march import lane_rows as at
 from wheeltapper.march import pool as cells
 from wheeltapper.march.apart import cross_breakpoint, cross_softly, force_at, go_apart, queue_of_flight, rail_at_time
 from wheeltapper.march.events import AT_BREAK, GRAZE
-from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.layout import IMPACTS, OPENED, UNTIL_IMPACT, UNTIL_LOSS
 from wheeltapper.march.program import CONTACT, DONE, END, FLIGHT, IMPACT, LOSS, PHASE, TIME, A, B, FloatArray, IntArray
 from wheeltapper.march.steps import variants
@@ -36,7 +36,7 @@ CERTAIN = 1e-6
 """Part of the energy (scaled) that must be missing before a wheel is said to leave the rail nevermore."""
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _is_everywhere(row: int, L: FloatArray) -> bool:
     """Return True where a row of zeros and ones holds ones only."""
     total = 0.0
@@ -45,7 +45,7 @@ def _is_everywhere(row: int, L: FloatArray) -> bool:
     return total == at.LANES
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _find(seek: int, made: FloatArray, L: FloatArray) -> None:
     """Find the root in (0, 1) of a polynomial of each contact step that has just one there, and the motion at it."""
     call_eight(made[seek], L)
@@ -55,7 +55,7 @@ def _find(seek: int, made: FloatArray, L: FloatArray) -> None:
     call_eight(made[variants.AT_ROOT], L)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _force(cell: int, kind: int, time: float, u: float, w: float, pool: cells.Pool) -> float:
     """Return a cell's contact force."""
     if kind <= variants.OVER_WAVE:
@@ -64,7 +64,7 @@ def _force(cell: int, kind: int, time: float, u: float, w: float, pool: cells.Po
     return force_at(cell, time, u, w, pool.pieces, pool.first, pool.rows)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _shorten(i: int, L: FloatArray) -> None:
     """Let a lane's step end at the root that was found."""
     L[at.LANE_LENGTH + i] *= L[at.LANE_X + i]
@@ -73,13 +73,13 @@ def _shorten(i: int, L: FloatArray) -> None:
     L[at.LANE_W_END + i] = L[at.LANE_W_ROOT + i]
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _reaches_breakpoint(i: int, L: FloatArray) -> bool:
     """Return True where a lane's step does not end before the breakpoint."""
     return not L[at.LANE_TIME + i] + L[at.LANE_T_END + i] < L[at.LANE_UNTIL + i]
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _commit(i: int, cell: int, time: float, kind: int, phase: float, length: float, pool: cells.Pool) -> None:
     """Log a lane's step, and let the next one begin at its end."""
     L = pool.L
@@ -92,7 +92,7 @@ def _commit(i: int, cell: int, time: float, kind: int, phase: float, length: flo
         L[at.LANE_DECK_V + i] = L[at.LANE_DECK_V_END + i]
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _reach_breakpoint(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
     """Let a lane's step end at the breakpoint."""
     L, until = pool.L, pool.L[at.LANE_UNTIL + i]
@@ -102,7 +102,7 @@ def _reach_breakpoint(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
     cells.track_force(cell, until, force, 1.0, pool)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _leave_breakpoint(cell: int, kind: int, pool: cells.Pool) -> None:
     """Take the force behind a breakpoint: the factor on it may jump."""
     rows = pool.rows
@@ -110,14 +110,14 @@ def _leave_breakpoint(cell: int, kind: int, pool: cells.Pool) -> None:
     cells.track_force(cell, rows[cell, TIME], force, 1.0, pool)
 
 
-@kernel
+@uncounted_kernel
 def _cross_hard(cell: int, pool: cells.Pool) -> None:
     """Take a cell that has reached a breakpoint over it, whatever is there."""
     pool.rows[cell, cells.CELL_MARKS + AT_BREAK] = 1.0
     cross_breakpoint(cell, pool)
 
 
-@kernel
+@uncounted_kernel
 def _meets_breakpoints(held: IntArray, L: FloatArray) -> bool:
     """Mark the lanes whose steps hold nothing but a breakpoint; return whether there are any."""
     found = False
@@ -131,10 +131,9 @@ def _meets_breakpoints(held: IntArray, L: FloatArray) -> bool:
     return found
 
 
-@kernel
+@uncounted_kernel
 def _pass_breakpoints(kind: int, pool: cells.Pool) -> None:
     """Take the marked lanes to and over their breakpoints; a lane whose cell goes on elsewhere is GONE."""
-    pool = cells.borrowed_pool(pool)
     L, rows, held = pool.L, pool.rows, pool.held
     _end_at_breakpoints(kind, pool.made, L)
     for i in range(at.LANES):
@@ -156,7 +155,7 @@ def _pass_breakpoints(kind: int, pool: cells.Pool) -> None:
             L[at.LANE_GO + i] = 1.0
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _next_queue(i: int, kind: int, L: FloatArray) -> int:
     """Return the queue for a cell whose step in contact may hold an event."""
     if variants.is_lossy(kind) and L[at.LANE_HOLDS + i] == 0.0:
@@ -166,7 +165,7 @@ def _next_queue(i: int, kind: int, L: FloatArray) -> int:
     return cells.TURN + kind if L[at.LANE_CALM + i] == 0.0 else cells.CROSS + kind
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _leave_lanes(kind: int, pool: cells.Pool) -> None:
     """Let the cells in the lanes wait for their next step in contact."""
     for i in range(at.LANES):
@@ -175,7 +174,7 @@ def _leave_lanes(kind: int, pool: cells.Pool) -> None:
             cells.push(pool.held[i], cells.COAST + kind, pool.queue)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _step_and_log(kind: int, pool: cells.Pool) -> None:
     """Make one contact step in all lanes, and log those that move a lane's start."""
     L = pool.L
@@ -194,10 +193,9 @@ def _step_and_log(kind: int, pool: cells.Pool) -> None:
             cells.log_lane(i, pool.held[i], kind, CONTACT, at.LANE_WAS, at.LANE_DECK_WAS, length, pool)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _step_until_event(kind: int, drain: bool, pool: cells.Pool) -> None:
     """Let cells in contact step until a lane stays empty; with `drain`, until all are."""
-    pool = cells.borrowed_pool(pool)
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
     pieces, first, numbers = pool.pieces, pool.first, pool.numbers
     busy = cells.fill_all(cells.COAST + kind, kind, pool)
@@ -227,7 +225,7 @@ def _step_until_event(kind: int, drain: bool, pool: cells.Pool) -> None:
             return
 
 
-@kernel
+@uncounted_kernel
 def _end_at_breakpoints(kind: int, made: FloatArray, L: FloatArray) -> None:
     """Shorten the steps that end at breakpoints; where a place is not found, the end is unknown."""
     _find(variants.SEEK_TIME, made, L)
@@ -240,14 +238,14 @@ def _end_at_breakpoints(kind: int, made: FloatArray, L: FloatArray) -> None:
     _find_deck_ends(kind, made, L)
 
 
-@kernel
+@uncounted_kernel
 def _find_deck_ends(kind: int, made: FloatArray, L: FloatArray) -> None:
     """Evaluate the deck's motion at the ends of shortened steps."""
     if variants.has_deck(kind):
         call_eight(made[variants.DECK_AT_END], L)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _choose_ends(filled: int, stage: int, kind: int, made: FloatArray, L: FloatArray) -> None:
     """Shorten the steps of TURN, OPEN and CROSS to their losses or breakpoints; write how each ends."""
     shorter = stage != cells.TURN
@@ -274,7 +272,7 @@ def _choose_ends(filled: int, stage: int, kind: int, made: FloatArray, L: FloatA
     _find_deck_ends(kind, made, L)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _stays_for_ever(i: int, cell: int, pool: cells.Pool) -> bool:
     """Return True at the last force minimum that matters to a cell: what it waits for can never come.
 
@@ -293,7 +291,7 @@ def _stays_for_ever(i: int, cell: int, pool: cells.Pool) -> bool:
     return missing > CERTAIN
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _act(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
     """Take a cell to the end of its step, which holds at most one extreme of the force, and to its next queue."""
     L, rows, queue = pool.L, pool.rows, pool.queue
@@ -329,7 +327,7 @@ def _act(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
         _lose_contact(i, cell, kind, pool)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _lose_contact(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
     """Let a flight begin where a lane's step ends."""
     L, rows = pool.L, pool.rows
@@ -350,10 +348,9 @@ def _lose_contact(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
         cells.push(cell, queue_of_flight(kind), pool.queue)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _step_with_event(stage: int, kind: int, pool: cells.Pool) -> None:
     """Make one contact step that may hold an extreme of the force, and may end at a breakpoint or in a loss."""
-    pool = cells.borrowed_pool(pool)
     L, held = pool.L, pool.held
     filled = cells.fill_all(stage + kind, kind, pool)
     call_eight(pool.made[kind], L)
@@ -368,10 +365,9 @@ def _step_with_event(stage: int, kind: int, pool: cells.Pool) -> None:
         _act(i, held[i], kind, pool)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _step_in_flight(which: int, pool: cells.Pool) -> None:
     """Make one step in flight, up to the impact or the breakpoint in it."""
-    pool = cells.borrowed_pool(pool)
     L, rows, held = pool.L, pool.rows, pool.held
     over = which - cells.FLY
     kind = over * variants.OF_DECK + variants.OVER_BENT
@@ -391,7 +387,7 @@ def _step_in_flight(which: int, pool: cells.Pool) -> None:
         _fly_on(i, held[i], kind, pool)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _fly_on(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
     """Take a cell to the end of its step in flight, and to its next queue."""
     L, rows = pool.L, pool.rows
@@ -423,10 +419,9 @@ def _fly_on(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
         _cross_hard(cell, pool)
 
 
-@kernel
+@uncounted_kernel
 def lanes_kernel(pool: cells.Pool) -> bool:
     """March all cells to their ends; return False when a table needs more room."""
-    pool = cells.borrowed_pool(pool)
     queue, used = pool.queue, pool.used
     while True:
         if max(used[cells.USED_EVENTS] - len(pool.events), used[cells.USED_PEAKS] - len(pool.peaks)) + cells.ROOM > 0:

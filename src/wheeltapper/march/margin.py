@@ -16,7 +16,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells
 from wheeltapper.march.events import is_free
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import CLEAR, COUNT, EVENTS, FLIGHT_ORDER, TREND, U, W
 from wheeltapper.march.program import LENGTH, PHASE, PIECE, SHIFT, TIME, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, first_root
@@ -28,7 +28,7 @@ from wheeltapper.march.steps.written import scratch_of_cells
 MARGIN_BLOCK = 64
 
 
-@kernel
+@uncounted_kernel
 def _smallest_value(row: int, order: int, length: float, S: FloatArray) -> float:
     """Return the smallest value of a series over a step."""
     lowest = min(S[row], evaluate(S, row, order, length))
@@ -38,7 +38,7 @@ def _smallest_value(row: int, order: int, length: float, S: FloatArray) -> float
     return lowest if root == NONE else min(lowest, evaluate(S, row, order, root))
 
 
-@kernel
+@uncounted_kernel
 def _contact_margin(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
     """Return the margin of a contact step."""
     order = int(numbers[contract.ORDER])
@@ -49,7 +49,7 @@ def _contact_margin(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S
     return u * u if eta == 0.0 else min(u * u, 1.0 + eta * _smallest_value(W, order, step[LENGTH], S))
 
 
-@kernel
+@uncounted_kernel
 def _flight_margin(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
     """Return the margin of a step without contact force, a negative number."""
     order = int(FLIGHT_ORDER)
@@ -64,7 +64,7 @@ def _flight_margin(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S:
     return min(lowest, 1.0 + _smallest_value(CLEAR, order - 1, step[LENGTH], S))
 
 
-@kernel
+@uncounted_kernel
 def margin_kernel(
     cells: Cells, cell: int, losses: int, margins: FloatArray, steps: FloatArray, events: FloatArray,
     peaks: FloatArray, S: FloatArray,

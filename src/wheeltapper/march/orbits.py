@@ -22,7 +22,7 @@ from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells, end_motions
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import kernel, uncounted_kernel
 from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
 from wheeltapper.march.roots import evaluate
@@ -64,7 +64,7 @@ make, over which one step carries tangents. The next term of a sine is then belo
 below 1e-19 with the strict one; those of the tangents may be some hundred times larger."""
 
 
-@kernel
+@uncounted_kernel
 def begin_kernel(pieces: FloatArray, numbers: FloatArray, state: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Begin a wave at a given state."""
     start_kernel(pieces, numbers, events, S)
@@ -73,7 +73,7 @@ def begin_kernel(pieces: FloatArray, numbers: FloatArray, state: FloatArray, eve
     event.choose_phase(numbers, state[OF_HEIGHT], state[OF_VELOCITY], -1, 0.0, events, S)
 
 
-@kernel
+@uncounted_kernel
 def finish_kernel(pieces: FloatArray, numbers: FloatArray, S: FloatArray, state: FloatArray) -> None:
     """Write the state at which a march has stopped."""
     height, velocity = S[STATE + A], S[STATE + B]
@@ -87,7 +87,7 @@ def finish_kernel(pieces: FloatArray, numbers: FloatArray, S: FloatArray, state:
     state[OF_DECK_VELOCITY] = S[STATE + DECK_V]
 
 
-@kernel
+@uncounted_kernel
 def tell_kernel(events: FloatArray, peaks: FloatArray, S: FloatArray, told: FloatArray) -> None:
     """Add the losses and the largest force that are in the tables to those of a wave."""
     for i in range(int(S[COUNT + layout.EVENTS])):
@@ -99,7 +99,7 @@ def tell_kernel(events: FloatArray, peaks: FloatArray, S: FloatArray, told: Floa
         told[LARGEST_FORCE] = max(told[LARGEST_FORCE], S[MARK + event.TOP_FORCE])
 
 
-@kernel
+@uncounted_kernel
 def wave_kernel(
     pieces: FloatArray, numbers: FloatArray, state: FloatArray, told: FloatArray, steps: FloatArray,
     events: FloatArray, peaks: FloatArray, S: FloatArray,
@@ -168,7 +168,7 @@ def capture_kernel(
             caught[cell] = trap_of(states[cell], traps[trap_first[cell] : trap_end[cell]])
 
 
-@kernel
+@uncounted_kernel
 def trap_kernel(
     states: FloatArray, traps: FloatArray, first: IntArray, end: IntArray, free: IntArray, caught: IntArray
 ) -> None:
@@ -177,7 +177,7 @@ def trap_kernel(
         caught[cell] = trap_of(states[cell], traps[first[cell] : end[cell]])
 
 
-@kernel
+@uncounted_kernel
 def trap_of(state: FloatArray, traps: FloatArray) -> int:
     """Return the orbit in whose trap a state lies, or UNCAUGHT."""
     for row in range(len(traps)):

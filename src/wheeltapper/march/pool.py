@@ -8,9 +8,8 @@ import numpy as np
 
 from wheeltapper.march import lane_rows as at
 from wheeltapper.march import program as contract
-from wheeltapper.march.borrowed import borrowed
 from wheeltapper.march.events import follow_force, log_event
-from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE, int64_positions
 from wheeltapper.march.program import DECK_V, DECK_Y, PIECE, TIME, A, B, FloatArray, IntArray
 from wheeltapper.march.steps.variants import OF_YIELDING, OVER_WAVE, has_deck, is_bent, is_lossy
@@ -102,17 +101,7 @@ def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatA
     )  # fmt: skip
 
 
-@inlined_kernel
-def borrowed_pool(pool: Pool) -> Pool:
-    """Return the same pool, whose references nobody counts."""
-    return Pool(
-        borrowed(pool.pieces), borrowed(pool.first), borrowed(pool.many), borrowed(pool.numbers), borrowed(pool.rows),
-        borrowed(pool.queue), borrowed(pool.events), borrowed(pool.peaks), borrowed(pool.log), borrowed(pool.used),
-        borrowed(pool.steps), borrowed(pool.S), borrowed(pool.L), borrowed(pool.held), borrowed(pool.made),
-    )  # fmt: skip
-
-
-@inlined_kernel
+@inlined_uncounted_kernel
 def push(cell: int, which: int, queue: IntArray) -> None:
     """Let a cell wait in a queue."""
     queue[BEFORE, cell] = queue[NEWEST, which]
@@ -120,7 +109,7 @@ def push(cell: int, which: int, queue: IntArray) -> None:
     queue[WAITING, which] += 1
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def pop(which: int, queue: IntArray) -> int:
     """Take a cell from a queue; return EMPTY if none waits."""
     if queue[WAITING, which] == 0:
@@ -131,7 +120,7 @@ def pop(which: int, queue: IntArray) -> int:
     return cell
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _fill_plain(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
     """Put the motion and the plain numbers of a cell in a lane; an EMPTY lane rests in equilibrium."""
     if cell >= 0:
@@ -150,7 +139,7 @@ def _fill_plain(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
     L[at.LANE_GOAL + i] = -20.0
 
 
-@kernel
+@uncounted_kernel
 def _fill_numbers(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
     """Put what only other kinds have in a lane: their numbers and the deck's motion."""
     for k in range(at.CELL_NUMBERS - at.PLAIN_NUMBERS):
@@ -159,7 +148,7 @@ def _fill_numbers(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
     L[at.LANE_DECK_V + i] = rows[cell, DECK_V] if cell >= 0 else 0.0
 
 
-@kernel
+@uncounted_kernel
 def fill_path(
     i: int, cell: int, pieces: FloatArray, first: IntArray, numbers: FloatArray, rows: FloatArray, L: FloatArray
 ) -> None:
@@ -172,7 +161,7 @@ def fill_path(
         L[at.LANE_PATH + at.LANES * k + i] = lift * pieces[row, contract.COEFFICIENT + k] if k <= degree else 0.0
 
 
-@kernel
+@uncounted_kernel
 def fill_factor(
     i: int, cell: int, kind: int, pieces: FloatArray, first: IntArray, rows: FloatArray, L: FloatArray
 ) -> None:  # fmt: skip
@@ -188,7 +177,7 @@ def fill_factor(
     L[at.LANE_STEADY + i] = 0.0 if cell >= 0 and (degree > 0.0 or is_lossy(kind)) else 1.0
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def fill_flight(
     i: int, cell: int, over: int, pieces: FloatArray, first: IntArray, numbers: FloatArray, rows: FloatArray,
     L: FloatArray,
@@ -203,7 +192,7 @@ def fill_flight(
     fill_path(i, cell, pieces, first, numbers, rows, L)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def fill_lane(
     i: int, cell: int, kind: int, pieces: FloatArray, first: IntArray, numbers: FloatArray, rows: FloatArray,
     L: FloatArray,
@@ -219,7 +208,7 @@ def fill_lane(
             L[at.LANE_STEADY + i] = 0.0
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def fill_all(which: int, kind: int, pool: Pool) -> int:
     """Put the next cells of a queue in the lanes; return how many there are."""
     queue, held, rows, L = pool.queue, pool.held, pool.rows, pool.L
@@ -236,7 +225,7 @@ def fill_all(which: int, kind: int, pool: Pool) -> int:
     return filled
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def keep_lane(i: int, cell: int, kind: int, rows: FloatArray, L: FloatArray) -> None:
     """Remember time and motion of a lane's cell."""
     rows[cell, TIME] = L[at.LANE_TIME + i]
@@ -247,13 +236,13 @@ def keep_lane(i: int, cell: int, kind: int, rows: FloatArray, L: FloatArray) -> 
         rows[cell, DECK_V] = L[at.LANE_DECK_V + i]
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def may_log(pool: Pool) -> bool:
     """Return True where the log of steps has room, or is not kept."""
     return len(pool.log) == 0 or pool.used[USED_STEPS] + STEP_ROOM <= len(pool.log)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def log_lane(
     i: int, cell: int, kind: int, phase: float, start: int, deck: int, length: float, pool: Pool
 ) -> None:  # fmt: skip
@@ -275,7 +264,7 @@ def log_lane(
     pool.used[USED_STEPS] += 1
 
 
-@kernel
+@uncounted_kernel
 def log_rows(cell: int, count: int, pool: Pool) -> None:
     """Log the first steps in `pool.steps` as a cell's."""
     if len(pool.log) == 0:
@@ -288,21 +277,21 @@ def log_rows(cell: int, count: int, pool: Pool) -> None:
         pool.used[USED_STEPS] += 1
 
 
-@kernel
+@uncounted_kernel
 def load_cell(cell: int, rows: FloatArray, S: FloatArray) -> None:
     """Put a cell's state and counts in the scratch array."""
     for k in range(LOCAL):
         S[STATE + k] = rows[cell, k]
 
 
-@kernel
+@uncounted_kernel
 def put_back(cell: int, rows: FloatArray, S: FloatArray) -> None:
     """Remember the state and the counts in the scratch array as a cell's."""
     for k in range(LOCAL):
         rows[cell, k] = S[STATE + k]
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def claim_rows(cell: int, events: int, peaks: int, pool: Pool) -> None:
     """Claim the newest events and peaks for a cell."""
     for _ in range(events):
@@ -313,14 +302,14 @@ def claim_rows(cell: int, events: int, peaks: int, pool: Pool) -> None:
         pool.used[USED_PEAKS] += 1
 
 
-@kernel
+@uncounted_kernel
 def finish_cell(cell: int, why: int, time: float, rows: FloatArray) -> None:
     """Note the status and the end of a cell's march."""
     rows[cell, CELL_STATUS] = why
     rows[cell, CELL_END] = time
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def note_event(cell: int, time: float, which: int, rate: float, pool: Pool) -> bool:
     """Record an event; return whether the cell goes on."""
     counts = pool.rows[cell, COUNTS:LOCAL]
@@ -332,7 +321,7 @@ def note_event(cell: int, time: float, which: int, rate: float, pool: Pool) -> b
     return False
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def track_force(cell: int, time: float, force: float, corner: float, pool: Pool) -> None:
     """Take the next value of a cell's contact force."""
     counts = pool.rows[cell, COUNTS:LOCAL]
@@ -343,7 +332,7 @@ def track_force(cell: int, time: float, force: float, corner: float, pool: Pool)
     claim_rows(cell, 0, int(counts[PEAKS]) - known, pool)
 
 
-@kernel
+@uncounted_kernel
 def gather_kernel(table: FloatArray, used: int, ends: IntArray, out: FloatArray) -> None:
     """Copy rows so that those of a cell stand together, in their order; `ends` becomes the row after each cell's last.
 

@@ -15,7 +15,7 @@ from math import comb
 
 import numpy as np
 
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import SCALED, SHIFTED, WORK
 from wheeltapper.march.program import FloatArray
 
@@ -28,7 +28,7 @@ _ORDERS = range(ROOT_DEGREE + 1)
 INVERSE_BINOMIAL = np.array([[1.0 / comb(n, k) if k <= n else 0.0 for k in _ORDERS] for n in _ORDERS])
 
 
-@kernel
+@uncounted_kernel
 def evaluate(a: FloatArray, at: int, n: int, x: float) -> float:
     """Return Σ a[at + k]·x^k, k = 0 … n."""
     total = a[at + n]
@@ -37,7 +37,7 @@ def evaluate(a: FloatArray, at: int, n: int, x: float) -> float:
     return total
 
 
-@kernel
+@uncounted_kernel
 def evaluate_derivative(a: FloatArray, at: int, n: int, x: float) -> float:
     """Return the derivative of Σ a[at + k]·x^k."""
     total = 0.0
@@ -46,7 +46,7 @@ def evaluate_derivative(a: FloatArray, at: int, n: int, x: float) -> float:
     return total
 
 
-@kernel
+@uncounted_kernel
 def _write_bernstein(S: FloatArray, n: int, left: float, width: float) -> None:
     """Put the Bernstein coefficients of the scaled polynomial on (left, left + width) in row WORK."""
     row = SCALED
@@ -66,7 +66,7 @@ def _write_bernstein(S: FloatArray, n: int, left: float, width: float) -> None:
             S[WORK + k] += S[WORK + k - 1]
 
 
-@kernel
+@uncounted_kernel
 def _sign_changes(S: FloatArray, n: int, noise: float) -> tuple[int, float, float, float]:
     """Count the sign changes in row WORK; return also the first and last sign, and where in (0, 1) the first one is.
 
@@ -94,7 +94,7 @@ def _sign_changes(S: FloatArray, n: int, noise: float) -> tuple[int, float, floa
     return changes, first, sign, place
 
 
-@kernel
+@uncounted_kernel
 def _only_root(S: FloatArray, at: int, n: int, lo: float, hi: float, x: float, sign: float) -> float:
     """Return the only root of the polynomial in (lo, hi), from a guess; `sign` is its sign just after lo."""
     for _ in range(200):
@@ -120,7 +120,7 @@ def _only_root(S: FloatArray, at: int, n: int, lo: float, hi: float, x: float, s
     return x
 
 
-@kernel
+@uncounted_kernel
 def first_root(
     S: FloatArray, at: int, n: int, lo: float, hi: float, direction: float, floor: float
 ) -> tuple[float, bool]:
@@ -177,7 +177,7 @@ def first_root(
     return NONE, False
 
 
-@kernel
+@uncounted_kernel
 def _next_width(done: float, width: float, whole: float) -> float:
     """Return the largest dyadic interval that may start after `done` of the whole."""
     cells = np.floor(done / width + 0.5)

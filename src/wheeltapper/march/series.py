@@ -10,7 +10,7 @@ from math import cos, sin
 
 from wheeltapper.march import layout
 from wheeltapper.march import program as contract
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import T
 from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, PHASE, PIECE, SHIFT, TIME, FloatArray
 
@@ -18,7 +18,7 @@ NO_PIECE = -1
 """Stands for a piece of the plastic law where the contact is elastic."""
 
 
-@kernel
+@uncounted_kernel
 def taylor_shift(
     pieces: FloatArray, piece: int, source: int, degree: int, at: float, rate: float, gain: float, first: int,
     out: FloatArray,
@@ -34,7 +34,7 @@ def taylor_shift(
         gain *= rate
 
 
-@kernel
+@uncounted_kernel
 def localise(pieces: FloatArray, numbers: FloatArray, piece: int, shift: float, time: float, S: FloatArray) -> None:
     """Write the path and the factor of one piece as functions of the time after `time` (scaled units)."""
     away = numbers[contract.PACE] * time - shift - pieces[piece, contract.CENTRE]
@@ -59,7 +59,7 @@ def localise(pieces: FloatArray, numbers: FloatArray, piece: int, shift: float, 
         taylor_shift(pieces, piece, contract.FACTOR, factor_degree, at, rate, 1.0, layout.HERE_FACTOR, S)
 
 
-@kernel
+@uncounted_kernel
 def localise_marks(
     pieces: FloatArray, numbers: FloatArray, piece: int, shift: float, time: float, S: FloatArray
 ) -> None:
@@ -74,7 +74,7 @@ def localise_marks(
     taylor_shift(pieces, piece, contract.BEARS, bears, at, rate, lift, layout.HERE_BEARS, S)
 
 
-@kernel
+@uncounted_kernel
 def mark_at(after: float, degree: int, first: int, S: FloatArray) -> float:
     """Return one of those functions (RESIDUAL_DEGREE, RESIDUAL or BEARS_DEGREE, BEARS) after the step's start."""
     value = 0.0
@@ -83,19 +83,19 @@ def mark_at(after: float, degree: int, first: int, S: FloatArray) -> float:
     return value
 
 
-@kernel
+@uncounted_kernel
 def residual_at(after: float, S: FloatArray) -> float:
     """Return the residual indentation of the surface as it is at a time after the step's start."""
     return mark_at(after, layout.HERE_RESIDUAL_DEGREE, layout.HERE_RESIDUAL, S)
 
 
-@kernel
+@uncounted_kernel
 def borne_at(after: float, S: FloatArray) -> float:
     """Return the indentation at which the surface as it is yields at a time after the step's start."""
     return mark_at(after, layout.HERE_BEARS_DEGREE, layout.HERE_BEARS, S)
 
 
-@kernel
+@uncounted_kernel
 def borne_series(order: int, S: FloatArray) -> None:
     """Compose the indentation at which the surface yields with t(s), in row HORNER_BEARS."""
     degree = int(S[layout.HERE_BEARS_DEGREE])
@@ -104,7 +104,7 @@ def borne_series(order: int, S: FloatArray) -> None:
         _next_horner(n, degree, layout.HORNER_BEARS, S)
 
 
-@kernel
+@uncounted_kernel
 def enter_law(piece: int, law: FloatArray, S: FloatArray) -> None:
     """Let a piece of the plastic law hold; NO_PIECE: the elastic law."""
     if piece == NO_PIECE:
@@ -120,7 +120,7 @@ def enter_law(piece: int, law: FloatArray, S: FloatArray) -> None:
     S[layout.HERE_LAW_TERMS] = terms
 
 
-@kernel
+@uncounted_kernel
 def enter_piece(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, state: FloatArray, S: FloatArray
 ) -> None:
@@ -132,7 +132,7 @@ def enter_piece(
         enter_law(int(phase) - contract.YIELDING if phase >= contract.YIELDING else NO_PIECE, law, S)
 
 
-@kernel
+@uncounted_kernel
 def law_at(depth: float, S: FloatArray) -> float:
     """Return the force of the plastic law that holds at an indentation of the virgin surface."""
     x = (depth - S[layout.HERE_LAW_CENTRE]) / S[layout.HERE_LAW_SCALE]
@@ -142,7 +142,7 @@ def law_at(depth: float, S: FloatArray) -> float:
     return value
 
 
-@kernel
+@uncounted_kernel
 def path_at(after: float, S: FloatArray) -> tuple[float, float, float]:
     """Return the path's height, velocity and acceleration (scaled) at a time after the step's start."""
     degree = int(S[layout.HERE_DEGREE])
@@ -165,7 +165,7 @@ def path_at(after: float, S: FloatArray) -> tuple[float, float, float]:
     return y, v, a
 
 
-@kernel
+@uncounted_kernel
 def rail_at(after: float, state: FloatArray, S: FloatArray) -> tuple[float, float]:
     """Return height and velocity of the rail under the wheel, on the deck too; the state has the deck's motion then."""
     height, velocity, _ = path_at(after, S)
@@ -175,7 +175,7 @@ def rail_at(after: float, state: FloatArray, S: FloatArray) -> tuple[float, floa
     return height, velocity
 
 
-@kernel
+@uncounted_kernel
 def deck_acceleration(numbers: FloatArray, y: float, v: float, on_deck: bool, force: float) -> float:
     """Return the acceleration of the deck from its motion and the contact force; zero without a deck."""
     mass = numbers[contract.DECK_MASS]
@@ -187,7 +187,7 @@ def deck_acceleration(numbers: FloatArray, y: float, v: float, on_deck: bool, fo
     return pull / mass
 
 
-@kernel
+@uncounted_kernel
 def factor_at(after: float, S: FloatArray) -> tuple[float, float]:
     """Return the factor on the contact force and its rate at a time after the step's start."""
     degree = int(S[layout.HERE_FACTOR_DEGREE])
@@ -201,7 +201,7 @@ def factor_at(after: float, S: FloatArray) -> tuple[float, float]:
     return value, rate
 
 
-@kernel
+@uncounted_kernel
 def harmonic_at(amp_sin: float, amp_cos: float, omega: float, phase: float) -> tuple[float, float]:
     """Return the harmonic of a path, and its rate; it has none where `omega` is zero."""
     if omega == 0.0:
@@ -210,14 +210,14 @@ def harmonic_at(amp_sin: float, amp_cos: float, omega: float, phase: float) -> t
     return amp_sin * s + amp_cos * c, omega * (amp_sin * c - amp_cos * s)
 
 
-@kernel
+@uncounted_kernel
 def _start_horner(first: int, degree: int, rows: int, S: FloatArray) -> None:
     """Set order zero of the nested series of the polynomial S[first + k] composed with t(s), t(0) = 0."""
     for k in range(degree + 1):
         S[rows + k * layout.WIDTH] = S[first + k]
 
 
-@kernel
+@uncounted_kernel
 def _next_horner(n: int, degree: int, rows: int, S: FloatArray) -> None:
     """Advance the nested series to order n: R^k_n = Σ_{j=1..n} t_j·R^{k+1}_{n-j}."""
     S[rows + degree * layout.WIDTH + n] = 0.0

@@ -41,7 +41,7 @@ from wheeltapper.march import damper_hold, layout, step, telling
 from wheeltapper.march import events as event
 from wheeltapper.march import program as contract
 from wheeltapper.march.damper_hold import bush_rate, carry_end, damper_pull, held_contact_reach, held_flight_reach
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import COUNT, FLIGHT_ORDER, MARK, STATE, N, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
@@ -51,7 +51,7 @@ from wheeltapper.march.steps.written import scratch_for
 from wheeltapper.march.yielding import change_law, choose_law, yielding_reach
 
 
-@kernel
+@uncounted_kernel
 def finish_contact_step(numbers: FloatArray, until: float, length: float, after: float, u: float, w: float, what: int, whole: bool, turns: bool, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
     """Log the contact step whose series are in S, and go to its end.
 
@@ -90,7 +90,7 @@ def finish_contact_step(numbers: FloatArray, until: float, length: float, after:
         S[STATE + B] = velocity - w
 
 
-@kernel
+@uncounted_kernel
 def _contact_step(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, until: float,
     steps: FloatArray, events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
@@ -126,7 +126,7 @@ def _contact_step(
     return what
 
 
-@kernel
+@uncounted_kernel
 def enter_phase(numbers: FloatArray, what: int, length: float, events: FloatArray, S: FloatArray) -> None:
     """Enter the phase behind a step without contact force that ended in an event after `length`."""
     if what == step.OPENS:  # the loss was where the force ended, before the indentation
@@ -144,7 +144,7 @@ def enter_phase(numbers: FloatArray, what: int, length: float, events: FloatArra
     event.log_event(S[STATE + TIME], contract.IMPACT, rate, 0.0, events, S[COUNT:])
 
 
-@kernel
+@uncounted_kernel
 def _flight_step(
     pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, until: float, steps: FloatArray,
     events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
@@ -189,7 +189,7 @@ def _flight_step(
     return what
 
 
-@kernel
+@uncounted_kernel
 def next_break(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> float:
     """Return when the present piece, the wheel's way to or over the deck, or the march ends."""
     until = min(event.piece_end(pieces, numbers, S), numbers[contract.END])
@@ -201,7 +201,7 @@ def next_break(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> float:
     return until
 
 
-@kernel
+@uncounted_kernel
 def _leave_rest(numbers: FloatArray, damper: FloatArray | None, S: FloatArray) -> None:
     """Leave the rest point u = w = 0 of the regularised system along the motion that it starts, if it starts one."""
     y, v = rail_at(0.0, S[STATE:], S)
@@ -227,7 +227,7 @@ def _leave_rest(numbers: FloatArray, damper: FloatArray | None, S: FloatArray) -
         S[COUNT + layout.OPENED] = 1.0
 
 
-@kernel
+@uncounted_kernel
 def _cross_break(pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, events: FloatArray, S: FloatArray) -> int:  # fmt: skip
     """Go over the breakpoint(s) at the present time; a contact that yields goes on with its piece of the law."""
     localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
@@ -242,7 +242,7 @@ def _cross_break(pieces: FloatArray, numbers: FloatArray, law: FloatArray | None
     return status
 
 
-@kernel
+@uncounted_kernel
 def advance_kernel(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
     events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
@@ -296,7 +296,7 @@ def advance_kernel(
     return _cross_break(pieces, numbers, law, events, S)
 
 
-@kernel
+@uncounted_kernel
 def march_kernel(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
     events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
@@ -308,7 +308,7 @@ def march_kernel(
     return status
 
 
-@kernel
+@uncounted_kernel
 def start_from(pieces: FloatArray, numbers: FloatArray, y: float, v: float, deck_y: float, deck_v: float, events: FloatArray, S: FloatArray) -> None:  # fmt: skip
     """Set the state at time zero from displacement and velocity of the wheel and of the deck."""
     event.reset_force_trend(S)
@@ -331,7 +331,7 @@ def start_from(pieces: FloatArray, numbers: FloatArray, y: float, v: float, deck
     event.choose_phase(numbers, y, v, -1, 0.0, events, S)
 
 
-@kernel
+@uncounted_kernel
 def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Set the state at time zero from the start's displacement and velocity, on a deck at rest."""
     y, v = numbers[contract.START_HEIGHT], numbers[contract.START_VELOCITY]

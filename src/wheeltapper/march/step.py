@@ -9,7 +9,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.events import is_contact_phase
 from wheeltapper.march.flight import flight_reach
 from wheeltapper.march.held_end import hold_end
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import STATE, N, T, U, W
 from wheeltapper.march.program import LENGTH, ON_DECK, PIECE, FloatArray
 from wheeltapper.march.roots import NOISE, NONE, evaluate, evaluate_derivative, first_root
@@ -26,7 +26,7 @@ DEPARTS = 1e-3
 HUGE = 1e200
 
 
-@kernel
+@uncounted_kernel
 def fastest_rate(numbers: FloatArray, suspension: float, S: FloatArray) -> float:
     """Return the rate in s of the fastest part of the motion at a contact step's start; `suspension`: its part in t.
 
@@ -45,7 +45,7 @@ def fastest_rate(numbers: FloatArray, suspension: float, S: FloatArray) -> float
     return u * (suspension + damped + numbers[contract.DECK_DAMPING] / mass + np.sqrt(stiff / mass))
 
 
-@kernel
+@uncounted_kernel
 def contact_advance(
     pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, until: float, limit: int, steps: FloatArray,
     S: FloatArray,
@@ -62,7 +62,7 @@ def contact_advance(
     return call_one(S[layout.FUNCTIONS + number], numbers, pieces, until, limit, steps, S)
 
 
-@kernel
+@uncounted_kernel
 def free_series(pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, S: FloatArray) -> None:
     """Put the series of a step in time from the state in S there: U (y), W (v), CLEAR (y_k + Y - y), Y and Z of a deck.
 
@@ -75,7 +75,7 @@ def free_series(pieces: FloatArray, numbers: FloatArray, damper: FloatArray | No
     call_one(S[layout.FUNCTIONS + number], numbers, pieces, np.inf, 0, pieces, S)
 
 
-@kernel
+@uncounted_kernel
 def repeat_step(
     pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray
 ) -> None:
@@ -91,7 +91,7 @@ def repeat_step(
         free_series(pieces, numbers, damper, S)
 
 
-@kernel
+@uncounted_kernel
 def time_to(S: FloatArray, order: int, s_max: float, time: float) -> float:
     """Return s in (0, s_max] with t(s) = time; t rises from 0 to at least `time` there."""
     lo = 0.0
@@ -115,7 +115,7 @@ def time_to(S: FloatArray, order: int, s_max: float, time: float) -> float:
     return x
 
 
-@kernel
+@uncounted_kernel
 def contact_end(
     numbers: FloatArray, order: int, until: float, length: float, t: float, u: float, w: float, turns: bool,
     S: FloatArray,
@@ -152,7 +152,7 @@ def contact_end(
     return length, what, t, u, w
 
 
-@kernel
+@uncounted_kernel
 def trend_series(numbers: FloatArray, order: int, S: FloatArray) -> tuple[int, int]:
     """Return the row and degree of a polynomial with the sign of the contact force's rate."""
     changes = S[layout.HERE_RESIDUAL_DEGREE] if S[layout.HERE_LAW_TERMS] != 0.0 else S[layout.HERE_FACTOR_DEGREE]
@@ -163,7 +163,7 @@ def trend_series(numbers: FloatArray, order: int, S: FloatArray) -> tuple[int, i
     return layout.TREND, order - 2
 
 
-@kernel
+@uncounted_kernel
 def flight_end(numbers: FloatArray, released: bool, until: float, S: FloatArray) -> tuple[float, int]:
     """Return the length in time of a step without contact force whose series stand in S, and what ends it."""
     length = flight_reach(numbers, S)
@@ -201,7 +201,7 @@ def flight_end(numbers: FloatArray, released: bool, until: float, S: FloatArray)
     return length, what
 
 
-@kernel
+@uncounted_kernel
 def is_bad(x: float) -> bool:
     """Return True for NaN and for numbers that no state can have.
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 
 LONGEST = 2.0
 LOG_SAFETY = float(np.log2(0.6))
@@ -26,13 +26,13 @@ BRIEFEST = 1e-14
 """Part of the time that has passed, and of its unit, that a step takes unless it is stuck."""
 
 
-@kernel
+@uncounted_kernel
 def _log2_bits(x: float) -> float:
     """Return the bits of a positive number as a number: 2**52·(log2(x) + BIAS), with an error up to 0.05·2**52."""
     return float(np.float64(x).view(np.int64))
 
 
-@kernel
+@uncounted_kernel
 def steplength(order: int, u_before: float, w_before: float, u_last: float, w_last: float, goal: float) -> float:
     """Return the step in s at which the terms of u and w of orders `order` - 1 and `order` reach 2**goal."""
     start = UNIT * (goal / (order - 1) + LOG_SAFETY + BIAS)
@@ -43,7 +43,7 @@ def steplength(order: int, u_before: float, w_before: float, u_last: float, w_la
     return min(LONGEST, float(np.int64(min(first, second)).view(np.float64)))
 
 
-@kernel
+@uncounted_kernel
 def steplength_of_bush(order: int, bush: float, before: float, last: float, goal: float) -> float:
     """Return the step at which the last two terms of a bush's deflection, or of its force, reach 2**goal."""
     if not bush > 0.0:
@@ -52,7 +52,7 @@ def steplength_of_bush(order: int, bush: float, before: float, last: float, goal
     return steplength(order, gain * before, 0.0, gain * last, 0.0, goal)
 
 
-@kernel
+@uncounted_kernel
 def stable_step(order: int, length: float, rate: float) -> float:
     """Return the length of a step, limited by stability if the motion has a part as fast as `rate`."""
     reach = STABLE * order

@@ -12,7 +12,7 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march.dense import OUT_FORCE, OUT_WHEEL_V, OUT_WHEEL_Y, fill_row, prepare_step
 from wheeltapper.march.events import is_free
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import U
 from wheeltapper.march.program import LENGTH, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate
@@ -25,14 +25,14 @@ HIGHEST, HIGHEST_TIME, CONTACTS, STILL_OPEN, FLEW = range(5)
 TALLY = 5
 
 
-@kernel
+@uncounted_kernel
 def _wheel_velocity(height: float, time: float, tally: FloatArray) -> None:
     if height > tally[HIGHEST]:
         tally[HIGHEST] = height
         tally[HIGHEST_TIME] = time
 
 
-@kernel
+@uncounted_kernel
 def _note_highest(
     numbers: FloatArray, step: FloatArray, lo: float, hi: float, tally: FloatArray, S: FloatArray, point: FloatArray
 ) -> None:
@@ -48,7 +48,7 @@ def _note_highest(
     _wheel_velocity(point[OUT_WHEEL_Y], step[TIME] + after, tally)
 
 
-@kernel
+@uncounted_kernel
 def tally_kernel(
     pieces: FloatArray, numbers: FloatArray, steps: FloatArray, count: int, tally: FloatArray, impulses: FloatArray,
     S: FloatArray, point: FloatArray,

@@ -19,7 +19,7 @@ import numpy as np
 from wheeltapper.march import layout, tangent_events, tangent_path
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import is_free
-from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel, kernel, uncounted_kernel
 from wheeltapper.march.layout import N, T, U, W, Y, Z
 from wheeltapper.march.program import LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
@@ -42,7 +42,7 @@ NEAR_GRAZING = 0.1
 """Distance from u = w = 0 (scaled) below which a contact step is examined."""
 
 
-@kernel
+@uncounted_kernel
 def _differentiate(
     pieces: FloatArray, numbers: FloatArray, turns: FloatArray, lossy: bool, step: FloatArray, carried: FloatArray,
     S: FloatArray, D: FloatArray,
@@ -61,7 +61,7 @@ def _differentiate(
     call_turned(S[layout.DERIVATIVES + number], numbers, turns, carried, S, D)
 
 
-@kernel
+@uncounted_kernel
 def _step_tangents(
     pieces: FloatArray, numbers: FloatArray, turns: FloatArray, lossy: bool, step: FloatArray, carried: FloatArray,
     end: FloatArray, S: FloatArray, D: FloatArray,
@@ -297,7 +297,7 @@ def tangent_kernel(
     )  # fmt: skip
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _turns_near(step: FloatArray, end: FloatArray) -> bool:
     """Return True where u may come near zero inside a contact step: it lies above its tangents at both ends."""
     half = 0.5 * step[LENGTH]
@@ -306,7 +306,7 @@ def _turns_near(step: FloatArray, end: FloatArray) -> bool:
     )
 
 
-@kernel
+@uncounted_kernel
 def _approach(pieces: FloatArray, numbers: FloatArray, step: FloatArray, end: FloatArray, S: FloatArray) -> float:
     """Return how near a localised contact step comes to grazing."""
     order = int(numbers[contract.ORDER])
@@ -314,7 +314,7 @@ def _approach(pieces: FloatArray, numbers: FloatArray, step: FloatArray, end: Fl
     return tangent_events.closest_approach(step, order, end[FIRST], end[SECOND], S)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _holds_none(
     until: float, events: FloatArray, event: int, peaks: FloatArray, peak: int
 ) -> bool:  # fmt: skip
@@ -323,7 +323,7 @@ def _holds_none(
     return bool(none and (peak >= len(peaks) or peaks[peak, contract.PEAK_TIME] > until))
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _goes_on_smoothly(
     pieces: FloatArray, numbers: FloatArray, steps: FloatArray, i: int, events: FloatArray, event: int,
     peaks: FloatArray, peak: int,
@@ -346,7 +346,7 @@ def _goes_on_smoothly(
     return bool(after[PIECE] == step[PIECE] + 1.0 and pieces[int(after[PIECE]), contract.JOIN] == contract.SOFT)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _flies_on(
     steps: FloatArray, i: int, events: FloatArray, event: int, peaks: FloatArray, peak: int
 ) -> bool:  # fmt: skip

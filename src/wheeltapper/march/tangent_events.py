@@ -6,7 +6,7 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march import tangent_path
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import U, W
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, first_root
@@ -28,7 +28,7 @@ AFTER, FIRST, SECOND, THIRD, FOURTH = range(5)
 JOINT = 8
 
 
-@kernel
+@uncounted_kernel
 def motion_at_end(numbers: FloatArray, step: FloatArray, end: FloatArray, S: FloatArray, here: FloatArray) -> None:
     """Write the motion at the end of a step, localised in S, from PATH_HEIGHT to PUSH."""
     on_deck = step[ON_DECK] != 0.0
@@ -59,7 +59,7 @@ def motion_at_end(numbers: FloatArray, step: FloatArray, end: FloatArray, S: Flo
     here[PUSH] = force
 
 
-@kernel
+@uncounted_kernel
 def enter_contact(step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray) -> bool:
     """Convert tangents at fixed time to those of a contact step that starts here; return False if it grazes.
 
@@ -76,7 +76,7 @@ def enter_contact(step: FloatArray, carried: FloatArray, S: FloatArray, D: Float
     return u > 1e-7
 
 
-@kernel
+@uncounted_kernel
 def land_tangents(
     here: FloatArray, carried: FloatArray, on_deck: bool, after: float, S: FloatArray, D: FloatArray
 ) -> None:
@@ -95,7 +95,7 @@ def land_tangents(
         carried[DZ, lane] += here[DECK_BEND] * delay
 
 
-@kernel
+@uncounted_kernel
 def force_turns_on_or_off(
     numbers: FloatArray, turns: FloatArray, here: FloatArray, carried: FloatArray, on_deck: bool, after: float,
     of_event: FloatArray, S: FloatArray, D: FloatArray,
@@ -115,7 +115,7 @@ def force_turns_on_or_off(
     return abs(bend)
 
 
-@kernel
+@uncounted_kernel
 def closest_approach(step: FloatArray, order: int, u: float, w: float, S: FloatArray) -> float:
     """Return how near a contact step comes to grazing, u = w = 0, if it turns there: the smallest u in it; else 1.
 
@@ -127,7 +127,7 @@ def closest_approach(step: FloatArray, order: int, u: float, w: float, S: FloatA
     return min(step[A], u) if root == NONE else evaluate(S, U, order, root)
 
 
-@kernel
+@uncounted_kernel
 def leave_contact(
     here: FloatArray, end: FloatArray, on_deck: bool, carried: FloatArray, S: FloatArray, D: FloatArray
 ) -> None:
@@ -148,7 +148,7 @@ def leave_contact(
         carried[DZ, lane] -= here[DECK_BEND] * dt
 
 
-@kernel
+@uncounted_kernel
 def break_moves(
     bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray, step: FloatArray,
     after: FloatArray, carried: FloatArray,
@@ -174,7 +174,7 @@ def break_moves(
             carried[DBREAK, lane] = turns[which, lane]
 
 
-@kernel
+@uncounted_kernel
 def corner_force(
     numbers: FloatArray, turns: FloatArray, step: FloatArray, end: FloatArray, here: FloatArray,
     carried: FloatArray, lane: int, S: FloatArray, D: FloatArray,
@@ -197,7 +197,7 @@ def corner_force(
     return change
 
 
-@kernel
+@uncounted_kernel
 def leapt_force(
     numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray,
     of_peak: FloatArray,
@@ -230,7 +230,7 @@ def leapt_force(
         of_peak[tangent_path.OF_SIZE, lane] = change + (factor_tangent(0.0, lane, S, D) + rate * dt) * law * grip
 
 
-@kernel
+@uncounted_kernel
 def force_jump(
     pieces: FloatArray, numbers: FloatArray, after: FloatArray, here: FloatArray,
     carried: FloatArray, S: FloatArray,
@@ -258,7 +258,7 @@ def force_jump(
         carried[DZ, lane] += deck_leap * carried[DBREAK, lane]
 
 
-@kernel
+@uncounted_kernel
 def _fill_joint(
     pieces: FloatArray, numbers: FloatArray, step: FloatArray, time: float, u: float, w: float, here: FloatArray
 ) -> None:  # fmt: skip
@@ -290,7 +290,7 @@ def _fill_joint(
     here[JOINT_PUSH] = max(factor * law * (1.0 + numbers[contract.HYSTERESIS] * w), 0.0)
 
 
-@kernel
+@uncounted_kernel
 def _acceleration_there(pieces: FloatArray, numbers: FloatArray, step: FloatArray, here: FloatArray) -> float:
     """Return the acceleration of the path under a wheel at a joint."""
     row = pieces[int(step[PIECE])]
@@ -300,7 +300,7 @@ def _acceleration_there(pieces: FloatArray, numbers: FloatArray, step: FloatArra
     return numbers[contract.LIFT] * (here[JOINT_BEND] * rate * rate - omega * omega * wave)
 
 
-@kernel
+@uncounted_kernel
 def _path_there(
     pieces: FloatArray, numbers: FloatArray, step: FloatArray, here: FloatArray
 ) -> tuple[float, float]:  # fmt: skip
@@ -313,7 +313,7 @@ def _path_there(
     return numbers[contract.LIFT] * height, numbers[contract.LIFT] * velocity
 
 
-@kernel
+@uncounted_kernel
 def _path_change(
     pieces: FloatArray, bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray,
     step: FloatArray, time: float, lane: int, shift: float, here: FloatArray,
@@ -351,7 +351,7 @@ def _path_change(
     return height, velocity
 
 
-@kernel
+@uncounted_kernel
 def cross_in_contact(
     pieces: FloatArray, bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray,
     step: FloatArray, after: FloatArray, end: FloatArray, carried: FloatArray, directions: contract.IntArray,

@@ -18,8 +18,7 @@ from wheeltapper.march import lane_rows as at
 from wheeltapper.march import pool as cells
 from wheeltapper.march import program as contract
 from wheeltapper.march.apart import enter_cell
-from wheeltapper.march.borrowed import borrowed
-from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import CONTACT, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, FloatArray, IntArray
 from wheeltapper.march.steps.calling import call_eight
 from wheeltapper.march.steps.variants import ALONGS, BASES, OF_LOSSY, TURN_PATH, has_deck, is_bent, is_flat, is_lossy
@@ -58,16 +57,7 @@ def links_of(pool: cells.Pool, directions: IntArray, lossy: bool) -> Links:
     )  # fmt: skip
 
 
-@inlined_kernel
-def borrowed_links(links: Links) -> Links:
-    """Return the same links, whose references nobody counts."""
-    return Links(
-        cells.borrowed_pool(links.pool), borrowed(links.directions), borrowed(links.link), borrowed(links.end),
-        borrowed(links.known), borrowed(links.L), borrowed(links.which), borrowed(links.shifts), borrowed(links.shift),
-    )  # fmt: skip
-
-
-@inlined_kernel
+@inlined_uncounted_kernel
 def _fill_change(
     i: int, lane: int, kind: int, base: int, step: FloatArray, numbers: FloatArray, turns: FloatArray,
     bends: FloatArray, table: IntArray, links: Links,
@@ -126,7 +116,7 @@ def _fill_change(
         L[at.LANE_OF_DECK_DRAG + i] = grown * per_mass
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def _keep_link(filled: int, begin: int, parts: int, k: int, links: Links) -> None:
     """Keep what was found along one direction."""
     for i in range(filled):
@@ -135,7 +125,7 @@ def _keep_link(filled: int, begin: int, parts: int, k: int, links: Links) -> Non
             links.link[step, k, part] = links.L[at.LANE_OF_T_END + at.LANES * part + i]
 
 
-@kernel
+@uncounted_kernel
 def _link_lanes(
     filled: int, begin: int, kind: int, base: int, steps: FloatArray, numbers: FloatArray, turns: FloatArray,
     bends: FloatArray, table: IntArray, links: Links,
@@ -182,7 +172,7 @@ def _link_lanes(
         _keep_link(filled, begin, parts, STARTS + k, links)
 
 
-@kernel
+@uncounted_kernel
 def link_steps(
     cell: int, begin: int, steps: FloatArray, turns: FloatArray, bends: FloatArray, table: IntArray,
     carried: FloatArray, links: Links,
@@ -194,9 +184,9 @@ def link_steps(
     pool, L = links.pool, links.L
     row, numbers, base = pool.rows[cell], pool.numbers[cell], pool.first[cell]
     links.known[:] = 0
-    links.shift[:] = carried[DSHIFT]
     filled, kind, entered, lossy = 0, -1, False, False
     for lane in range(LANES):
+        links.shift[lane] = carried[DSHIFT, lane]
         lossy = lossy or turns[contract.HYSTERESIS, lane] != 0.0
     for j in range(begin, min(begin + LINK_ROWS, len(steps))):
         step = steps[j]
@@ -230,7 +220,7 @@ def link_steps(
     _link_lanes(filled, begin, kind, base, steps, numbers, turns, bends, table, links)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def follow_link(step: int, on_deck: bool, carried: FloatArray, end: FloatArray, links: Links) -> None:
     """Carry the tangents over a step that has a link, at fixed s; write the motion at its end."""
     link, rows = links.link[step], STARTS if on_deck else 3

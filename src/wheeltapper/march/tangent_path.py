@@ -9,7 +9,7 @@ from math import cos, sin
 
 from wheeltapper.march import layout
 from wheeltapper.march import program as contract
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.program import PIECE, SHIFT, TIME, FloatArray, IntArray
 from wheeltapper.march.series import taylor_shift
 
@@ -25,7 +25,7 @@ OF_TIME, OF_SIZE = range(2)
 OF_HEIGHT, OF_VELOCITY, OF_DECK_HEIGHT, OF_DECK_VELOCITY = range(4)
 
 
-@kernel
+@uncounted_kernel
 def localise_tangent(
     pieces: FloatArray, bends: FloatArray, base: int, table: IntArray, numbers: FloatArray, turns: FloatArray,
     step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray,
@@ -91,7 +91,7 @@ def localise_tangent(
                 power *= pace / scale
 
 
-@kernel
+@uncounted_kernel
 def path_tangent(after: float, lane: int, S: FloatArray, D: FloatArray) -> tuple[float, float]:
     """Return the derivatives, at fixed time, of the path's height and velocity at a time after the step's start."""
     degree = int(S[layout.HERE_DEGREE])
@@ -114,7 +114,7 @@ def path_tangent(after: float, lane: int, S: FloatArray, D: FloatArray) -> tuple
     return y, v
 
 
-@kernel
+@uncounted_kernel
 def factor_tangent(after: float, lane: int, S: FloatArray, D: FloatArray) -> float:
     """Return the derivative, at fixed time, of the factor on the contact force."""
     degree = int(S[layout.HERE_FACTOR_DEGREE])
@@ -124,7 +124,7 @@ def factor_tangent(after: float, lane: int, S: FloatArray, D: FloatArray) -> flo
     return value
 
 
-@kernel
+@uncounted_kernel
 def sum_at(D: FloatArray, row: int, n: int, x: float, lane: int) -> float:
     """Return Σ D[row + k, lane]·x^k, k = 0 … n."""
     total = D[row + n, lane]
@@ -133,7 +133,7 @@ def sum_at(D: FloatArray, row: int, n: int, x: float, lane: int) -> float:
     return total
 
 
-@kernel
+@uncounted_kernel
 def sums_at(D: FloatArray, row: int, n: int, x: float, out: FloatArray) -> None:
     """Write Σ D[row + k, lane]·x^k, k = 0 … n, of all lanes."""
     for lane in range(LANES):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import FLIGHT_ORDER, HERE_FACTOR_DEGREE, N, T, U, W
 from wheeltapper.march.program import CONTACT, LENGTH, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate, evaluate_derivative
@@ -11,13 +11,13 @@ from wheeltapper.march.step import time_to
 from wheeltapper.march.tangent_path import LANES, OF_SIZE, OF_TIME, sum_at
 
 
-@kernel
+@uncounted_kernel
 def is_inside(peaks: FloatArray, peak: int, end: float) -> bool:
     """Return True where the next force maximum lies before `end` and at no breakpoint."""
     return peak < len(peaks) and peaks[peak, contract.PEAK_TIME] <= end and peaks[peak, contract.PEAK_CORNER] == 0.0
 
 
-@kernel
+@uncounted_kernel
 def peaks_inside(
     numbers: FloatArray, step: FloatArray, end: float, peaks: FloatArray, peak: int, of_peaks: FloatArray,
     S: FloatArray, D: FloatArray,
@@ -54,7 +54,7 @@ def peaks_inside(
     return peak
 
 
-@kernel
+@uncounted_kernel
 def _force_slope(D: FloatArray, row: int, n: int, x: float, lane: int) -> float:
     total = 0.0
     for k in range(n, 0, -1):
@@ -62,7 +62,7 @@ def _force_slope(D: FloatArray, row: int, n: int, x: float, lane: int) -> float:
     return total
 
 
-@kernel
+@uncounted_kernel
 def _force_second(S: FloatArray, row: int, n: int, x: float) -> float:
     total = 0.0
     for k in range(n, 1, -1):

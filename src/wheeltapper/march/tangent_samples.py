@@ -7,7 +7,7 @@ tangent of the time:   X_p at fixed t  =  X_p at fixed s  -  X'·t_p
 from __future__ import annotations
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import FLIGHT_ORDER, HERE_FACTOR_DEGREE, N, T, U, W, Y, Z
 from wheeltapper.march.program import BONDED, CONTACT, LENGTH, ON_DECK, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate, evaluate_derivative
@@ -23,7 +23,7 @@ SAMPLED = FIRST_LANE + LANES
 """Entries of each quantity: its value, its rate in time, and its derivatives at fixed time."""
 
 
-@kernel
+@uncounted_kernel
 def _sample_accelerations(numbers: FloatArray, on_deck: bool, point: FloatArray) -> tuple[float, float]:
     """Return the accelerations of deck and wheel from their motion and the force."""
     wheel = -1.0 + point[FORCE, VALUE]
@@ -33,7 +33,7 @@ def _sample_accelerations(numbers: FloatArray, on_deck: bool, point: FloatArray)
     return deck_acceleration(numbers, deck_y, deck_v, on_deck, point[FORCE, VALUE]), wheel
 
 
-@kernel
+@uncounted_kernel
 def _in_contact(
     numbers: FloatArray, step: FloatArray, time: float, point: FloatArray, S: FloatArray, D: FloatArray
 ) -> None:
@@ -80,7 +80,7 @@ def _in_contact(
         point[SAMPLED_WHEEL_V, to] += parting * d_t
 
 
-@kernel
+@uncounted_kernel
 def _out_of_contact(
     numbers: FloatArray, step: FloatArray, time: float, point: FloatArray, S: FloatArray, D: FloatArray
 ) -> None:
@@ -109,7 +109,7 @@ def _out_of_contact(
         point[SAMPLED_WHEEL_V, to] = sum_at(D, W, order, x, lane)
 
 
-@kernel
+@uncounted_kernel
 def sample_tangents(
     numbers: FloatArray, step: FloatArray, until: float, row: int, times: FloatArray, samples: FloatArray,
     S: FloatArray, D: FloatArray,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import FLIGHT_ORDER, N, T, U, W, Y, Z
 from wheeltapper.march.program import CONTACT, LENGTH, ON_DECK, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate
@@ -13,7 +13,7 @@ from wheeltapper.march.tally import NODES, WEIGHTS
 from wheeltapper.march.tangent_path import LANES, path_tangent, sum_at
 
 
-@kernel
+@uncounted_kernel
 def add_impulse(order: int, length: float, impulse: FloatArray, S: FloatArray, D: FloatArray) -> None:
     """Add the derivatives, at fixed s, of a contact step's impulse ∫ N·u ds."""
     for j in range(len(NODES)):
@@ -25,7 +25,7 @@ def add_impulse(order: int, length: float, impulse: FloatArray, S: FloatArray, D
             impulse[lane] += WEIGHTS[j] * length * change
 
 
-@kernel
+@uncounted_kernel
 def highest_tangent(
     numbers: FloatArray, step: FloatArray, time: float, highest: FloatArray, S: FloatArray, D: FloatArray
 ) -> float:

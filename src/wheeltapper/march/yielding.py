@@ -29,7 +29,7 @@ import numpy as np
 from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import follow_force, log_event
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE, T, U, W
 from wheeltapper.march.program import PHASE, PIECE, TIME, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
@@ -45,7 +45,7 @@ HARDLY_YIELDS = 0.3
 than the march is exact: it does not yield."""
 
 
-@kernel
+@uncounted_kernel
 def _is_same_line(a: int, b: int, law: FloatArray) -> bool:
     """Return True where the forces of two neighbouring pieces of the law are one straight line."""
     force = contract.LAW_FORCE
@@ -55,7 +55,7 @@ def _is_same_line(a: int, b: int, law: FloatArray) -> bool:
     return bool(abs(law[b, force + 1] / law[b, contract.LAW_SCALE] - slope) <= SAME_DEPTH * slope)
 
 
-@kernel
+@uncounted_kernel
 def _stretch_of(piece: int, law: FloatArray) -> tuple[int, int]:
     """Return the first and the last of the pieces of the law over which the force of one holds."""
     first = last = piece
@@ -66,7 +66,7 @@ def _stretch_of(piece: int, law: FloatArray) -> tuple[int, int]:
     return first, last
 
 
-@kernel
+@uncounted_kernel
 def piece_of(depth: float, law: FloatArray) -> int:
     """Return the piece of the law at an indentation of the virgin surface."""
     piece = 0
@@ -75,7 +75,7 @@ def piece_of(depth: float, law: FloatArray) -> int:
     return piece
 
 
-@kernel
+@uncounted_kernel
 def choose_law(numbers: FloatArray, law: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Choose phase and law for a step in contact, by the state at its start; at a border the present ones stay."""
     square = S[STATE + A] * S[STATE + A]
@@ -98,7 +98,7 @@ def choose_law(numbers: FloatArray, law: FloatArray, events: FloatArray, S: Floa
     S[STATE + PHASE] = contract.YIELDING + piece if piece >= 0 else contract.CONTACT
 
 
-@kernel
+@uncounted_kernel
 def _first_directed_root(order: int, length: float, direction: float, size: float, S: FloatArray) -> float:
     """Return the first root of row TREND in the step in that direction; a step that begins at one does not count.
 
@@ -110,7 +110,7 @@ def _first_directed_root(order: int, length: float, direction: float, size: floa
     return root
 
 
-@kernel
+@uncounted_kernel
 def _indentation_crossing(square: float, order: int, length: float, direction: float, S: FloatArray) -> float:
     """Return where in the step u² goes through a constant; NONE where it does not."""
     if square <= 0.0:
@@ -121,7 +121,7 @@ def _indentation_crossing(square: float, order: int, length: float, direction: f
     return _first_directed_root(order, length, direction, S[U], S)
 
 
-@kernel
+@uncounted_kernel
 def _meets_yield(order: int, length: float, direction: float, S: FloatArray) -> float:
     """Return where in the step the surface begins to yield (direction 1) or to unload (-1); NONE where it does not."""
     if S[layout.HERE_BEARS_DEGREE] == 0.0:
@@ -142,7 +142,7 @@ def _meets_yield(order: int, length: float, direction: float, S: FloatArray) -> 
     return root
 
 
-@kernel
+@uncounted_kernel
 def _meets_border(depth: float, order: int, length: float, direction: float, S: FloatArray) -> float:
     """Return where in a yielding step the virgin surface's indentation goes through a value; NONE where it does not."""
     if S[layout.HERE_RESIDUAL_DEGREE] == 0.0:
@@ -153,7 +153,7 @@ def _meets_border(depth: float, order: int, length: float, direction: float, S: 
     return _first_directed_root(order - 1, length, direction, depth, S)
 
 
-@kernel
+@uncounted_kernel
 def _may_yield(order: int, length: float, S: FloatArray) -> bool:
     """Return False where an elastic step stays below yield for sure."""
     largest = 0.0
@@ -166,7 +166,7 @@ def _may_yield(order: int, length: float, S: FloatArray) -> bool:
     return bool((S[U] + largest) ** 2 > S[layout.HERE_BEARS] - change)
 
 
-@kernel
+@uncounted_kernel
 def _yielding_end(law: FloatArray, order: int, length: float, memory: bool, S: FloatArray) -> tuple[float, int, int]:
     """Return where the piece of the law that holds ends in a step, what ends it, and which piece follows."""
     piece = int(S[STATE + PHASE]) - contract.YIELDING
@@ -193,7 +193,7 @@ def _yielding_end(law: FloatArray, order: int, length: float, memory: bool, S: F
     return end, what, follows
 
 
-@kernel
+@uncounted_kernel
 def _append_memory_piece(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray, ends_at_rest: bool, S: FloatArray
 ) -> None:
@@ -222,7 +222,7 @@ def _append_memory_piece(
         S[STATE + B] = 0.0
 
 
-@kernel
+@uncounted_kernel
 def _bound_law(law: FloatArray, S: FloatArray) -> None:
     """Say between which values of u the law that holds goes on; none where what earlier contacts left varies."""
     piece = int(S[STATE + PHASE]) - contract.YIELDING
@@ -239,7 +239,7 @@ def _bound_law(law: FloatArray, S: FloatArray) -> None:
             S[layout.U_CEILING] = sqrt(max(law[last + 1, contract.LAW_START] - left, 0.0))
 
 
-@kernel
+@uncounted_kernel
 def yielding_reach(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray, until: float, steps: FloatArray, S: FloatArray
 ) -> tuple[float, float, float, float, float, bool, int, int]:
@@ -263,7 +263,7 @@ def yielding_reach(
     return reach, length, t, u, w, turns, what, follows
 
 
-@kernel
+@uncounted_kernel
 def change_law(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray, ends: int, follows: int, length: float, after: float,
     events: FloatArray, peaks: FloatArray, S: FloatArray,

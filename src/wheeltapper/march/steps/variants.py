@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.steplength import SLOW
 from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms
@@ -50,7 +50,7 @@ def _numbered(*counts: int) -> tuple[int, ...]:
 tangents of steps of each kind. IN_LANES is how many there are."""
 
 
-@kernel
+@uncounted_kernel
 def variant_of(numbers: FloatArray, piece: FloatArray, yields: bool, ended: bool) -> int:
     """Return the number of the function that makes contact steps over a piece of the path."""
     lossy = 1 if numbers[contract.HYSTERESIS] != 0.0 else 0
@@ -64,38 +64,38 @@ def variant_of(numbers: FloatArray, piece: FloatArray, yields: bool, ended: bool
     return OF_DECK * deck + OF_LOSSY * lossy + (OVER_BENT if bent else OVER_WAVE if wavy else 0)
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def is_bent(variant: int) -> bool:
     """Return True for elastic contacts over a bent path."""
     return variant % OF_LOSSY == OVER_BENT
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def is_flat(variant: int) -> bool:
     """Return True for elastic contacts over a level path."""
     return variant % OF_LOSSY == 0
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def is_lossy(variant: int) -> bool:
     """Return True for elastic contacts with hysteresis."""
     return variant % OF_DECK >= OF_LOSSY
 
 
-@inlined_kernel
+@inlined_uncounted_kernel
 def has_deck(variant: int) -> bool:
     """Return True for elastic contacts on a deck."""
     return variant >= OF_DECK
 
 
-@kernel
+@uncounted_kernel
 def free_variant_of(numbers: FloatArray, ended: bool) -> int:
     """Return the number of the function that makes steps in time."""
     kind = 4 if ended else 2 if numbers[contract.BILATERAL] != 0.0 else 0
     return FLIES + kind + (1 if numbers[contract.DECK_MASS] > 0.0 else 0)
 
 
-@kernel
+@uncounted_kernel
 def variants_over(numbers: FloatArray, pieces: FloatArray, yields: bool, ended: bool) -> int:
     """Return which functions one wheel over a path needs, as the bits of a number."""
     out = 1 << free_variant_of(numbers, ended)
@@ -108,7 +108,7 @@ def variants_over(numbers: FloatArray, pieces: FloatArray, yields: bool, ended: 
     return out
 
 
-@kernel
+@uncounted_kernel
 def variants_of_cells(numbers: FloatArray, pieces: FloatArray) -> int:
     """Return which functions the marches of cells (cells, NUMBERS) over some pieces need, one by one or in lanes."""
     seen, out = 0, 0

@@ -21,7 +21,7 @@ import numpy as np
 from wheeltapper.march import lane_rows, layout, steplength, tangent_path
 from wheeltapper.march import program as contract
 from wheeltapper.march.compiling.sources import STEPS as FOLDER
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.series import harmonic_at
 from wheeltapper.march.steps import lanes, powers, scalar, tangents, variants
@@ -100,7 +100,7 @@ def compiled(code: str) -> Any:
     short, runs = condensed(code, made)
     made |= runs
     exec(compile(short, function.__code__.co_filename, "exec"), made)
-    return kernel(made[function.__name__])
+    return uncounted_kernel(made[function.__name__])
 
 
 class _Functions:
