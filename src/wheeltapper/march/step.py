@@ -130,7 +130,11 @@ def contact_end(
             length = root
             what = OPENS
     eta = numbers[contract.HYSTERESIS]
+    sway = 0.0  # a bound on how far w goes from where it begins
     if eta > 0.0:
+        for k in range(order, 0, -1):
+            sway = (sway + abs(S[W + k])) * length
+    if eta * (S[W] - sway) <= -1.0:
         for k in range(order + 1):
             S[layout.TREND + k] = eta * S[W + k]
         S[layout.TREND] += 1.0
