@@ -261,6 +261,33 @@ def test_a_second_process_compiles_nothing_and_answers_with_the_same_bits(tmp_pa
     assert answer(script=script, WHEELTAPPER_CACHE=str(tmp_path)) == (first, "")
 
 
+SLIDER = """
+import json
+from pathlib import Path
+import wheeltapper as wt
+from wheeltapper.faces.explore.paths import Files
+from wheeltapper.faces.explore.session import Session
+scene = wt.Scenario(
+    vehicle=wt.Wheelset(mass=1500, load=91307, stiffness=2.44e6, damping=5e4), contact=wt.Hertz(constant=1.405e11),
+    irregularity=wt.CosineBump(height=2e-4, length=0.05, start=0.02), rolling="point", speed=9, duration=0.03,
+)
+session, told = Session("page", scene, Files(Path("."))), [[], [], []]
+for value, lines in zip((0.0, 0.1, 0.2), told):
+    assert not session.edit([{"do": "set", "path": "contact.hysteresis", "value": value}])
+    session.marched(lambda: False, lines.append)
+print(json.dumps([[line for line in lines if line.startswith("compiling")] for lines in told]))
+"""
+
+
+@pytest.mark.slow
+def test_a_slider_of_the_explorer_that_meets_a_new_term_says_what_is_compiled(tmp_path):
+    first, second, third = answer(script=SLIDER, WHEELTAPPER_CACHE=str(tmp_path))[0]
+    assert any("the wheelset's march" in line for line in first)
+    assert second
+    assert all("a wheel's steps" in line for line in second)
+    assert third == []
+
+
 FOUND_AGAIN = """
 import importlib, json, pickle, sys
 import wheeltapper.march
