@@ -16,9 +16,9 @@ import wheeltapper as wt
 from wheeltapper.lower.build import lower
 from wheeltapper.march import lane_rows as at
 from wheeltapper.march import layout, program, series
-from wheeltapper.march.flight import flight_reach
 from wheeltapper.march.kernel import FASTMATH
 from wheeltapper.march.single import march
+from wheeltapper.march.step import flight_reach
 from wheeltapper.march.steps import lanes, powers, scalar, tangents, variants, written
 from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms
 from wheeltapper.march.steps.variants import FREE, OF_YIELDING, VARIANTS

@@ -8,11 +8,11 @@ from wheeltapper.march import lane_rows as at
 from wheeltapper.march import layout
 from wheeltapper.march import pool as cells
 from wheeltapper.march import program as contract
-from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, is_free
+from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, is_free, wheel_motion
 from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE
 from wheeltapper.march.program import CONTACT, FLIGHT, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
-from wheeltapper.march.series import harmonic_at, localise, rail_at
+from wheeltapper.march.series import harmonic_at, localise
 from wheeltapper.march.single import advance_kernel, start_from, start_kernel
 from wheeltapper.march.steplength import SLOW
 from wheeltapper.march.steps.variants import OVER_BENT, OVER_WAVE, has_deck, variant_of
@@ -262,12 +262,7 @@ def motions_kernel(pool: cells.Pool, out: FloatArray) -> None:
     for cell in range(len(pool.first)):
         table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
         cells.load_cell(cell, pool.rows, S)
-        localise(table, pool.numbers[cell], int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
-        y, v = S[STATE + A], S[STATE + B]
-        if S[STATE + PHASE] == CONTACT:
-            height, velocity = rail_at(0.0, S[STATE:], S)
-            y, v = height - y * y, velocity - v
-        out[cell, cells.CELL_HEIGHT] = y
-        out[cell, cells.CELL_VELOCITY] = v
+        y, v = wheel_motion(table, pool.numbers[cell], S[STATE:], S)
+        out[cell, cells.CELL_HEIGHT], out[cell, cells.CELL_VELOCITY] = y, v
         out[cell, cells.CELL_DECK_HEIGHT] = S[STATE + contract.DECK_Y]
         out[cell, cells.CELL_DECK_VELOCITY] = S[STATE + contract.DECK_V]

@@ -20,7 +20,7 @@ import numpy as np
 from wheeltapper.march import lane_rows as at
 from wheeltapper.march import program as contract
 from wheeltapper.march.apart import numbers_to_row, path_to_row
-from wheeltapper.march.events import is_contact_phase
+from wheeltapper.march.events import is_contact_phase, wheel_motion
 from wheeltapper.march.held_end import held_coefficients
 from wheeltapper.march.kernel import inlined_uncounted_kernel, kernel, uncounted_kernel
 from wheeltapper.march.lane_rows import LANES
@@ -35,15 +35,6 @@ MISSING, LARGEST_MISSING, WORKED, LARGEST_KINETIC, LARGEST_ELASTIC = range(5)
 SUMS = 5
 ROUNDING = 1e-10
 """An indentation below this part of the displacement is rounding: there the contact opens."""
-
-
-@uncounted_kernel
-def _wheel_motion(state: FloatArray, S: FloatArray) -> tuple[float, float]:
-    """Return displacement and velocity of the wheel in a state whose piece stands in S."""
-    if not is_contact_phase(state[PHASE]):
-        return state[A], state[B]
-    height, velocity = rail_at(0.0, state, S)
-    return height - state[A] * state[A], velocity - state[B]
 
 
 @uncounted_kernel
@@ -77,8 +68,7 @@ def _write_end_state(
     pieces: FloatArray, numbers: FloatArray, step: FloatArray, after: FloatArray, S: FloatArray, end: FloatArray
 ) -> None:
     """Write the state after a step as that step left it into `end`."""
-    localise(pieces, numbers, int(after[PIECE]), after[SHIFT], after[TIME], S)
-    y, v = _wheel_motion(after, S)
+    y, v = wheel_motion(pieces, numbers, after, S)
     for k in range(len(end)):
         end[k] = after[k]
     for column in (PHASE, PIECE, SHIFT, ON_DECK):

@@ -52,6 +52,16 @@ def is_contact_phase(phase: float) -> bool:
 
 
 @uncounted_kernel
+def wheel_motion(pieces: FloatArray, numbers: FloatArray, state: FloatArray, S: FloatArray) -> tuple[float, float]:
+    """Return displacement and velocity of the wheel in a state; in contact its piece of the path is put in S."""
+    if not is_contact_phase(state[PHASE]):
+        return state[A], state[B]
+    localise(pieces, numbers, int(state[PIECE]), state[SHIFT], state[TIME], S)
+    height, velocity = rail_at(0.0, state, S)
+    return height - state[A] * state[A], velocity - state[B]
+
+
+@uncounted_kernel
 def force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) -> float:
     """Return the contact force at indentation u² and rate w, by the law that holds."""
     if S[layout.HERE_LAW_TERMS] != 0.0:

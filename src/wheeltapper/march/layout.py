@@ -22,13 +22,13 @@ def int64_positions(values: Iterable[int]) -> tuple[int, ...]:
 
 WIDTH = 24
 # Contact: series in s. Flight: series in t; U and W then hold y and v.
-T, U, W, Y, Z, F, N, TREND, CLEAR, COMP, WORK, SCALED, SHIFTED, DEPTH, WHEEL_Y, WHEEL_V, BUSH = int64_positions(
-    range(0, 17 * WIDTH, WIDTH)
+T, U, W, Y, Z, N, TREND, CLEAR, WORK, SCALED, SHIFTED, DEPTH, WHEEL_Y, WHEEL_V, BUSH = int64_positions(
+    range(0, 15 * WIDTH, WIDTH)
 )
-"""Beside the motion: the path in flight, the contact force, what a root is sought of, the indentation in flight; the
-indentation of a virgin surface; and where a damper has an end of its own, the wheel's displacement and velocity in
-contact and the bush's deflection. The others are room."""
-HORNER_BEARS, HERE = int64_positions((17 * WIDTH, (17 + MAX_DEGREE + 1) * WIDTH))
+"""Beside the motion: the contact force, what a root is sought of, the indentation in flight; the indentation of a
+virgin surface; and where a damper has an end of its own, the wheel's displacement and velocity in contact and the
+bush's deflection. The others are room."""
+HORNER_BEARS, HERE = int64_positions((15 * WIDTH, (15 + MAX_DEGREE + 1) * WIDTH))
 """MAX_DEGREE + 1 rows for what the surface bears; then the present piece as functions of time."""
 (FLIGHT_ORDER,) = int64_positions([22])
 

@@ -26,7 +26,7 @@ from wheeltapper.march.kernel import kernel, uncounted_kernel
 from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
 from wheeltapper.march.roots import evaluate
-from wheeltapper.march.series import localise, rail_at
+from wheeltapper.march.series import localise
 from wheeltapper.march.single import March, march_kernel, start_kernel
 from wheeltapper.march.step import fastest_rate, repeat_step
 from wheeltapper.march.steps.written import scratch_for, scratch_of_cells
@@ -76,13 +76,7 @@ def begin_kernel(pieces: FloatArray, numbers: FloatArray, state: FloatArray, eve
 @uncounted_kernel
 def finish_kernel(pieces: FloatArray, numbers: FloatArray, S: FloatArray, state: FloatArray) -> None:
     """Write the state at which a march has stopped."""
-    height, velocity = S[STATE + A], S[STATE + B]
-    if event.is_contact_phase(S[STATE + PHASE]):
-        localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
-        rail, rate = rail_at(0.0, S[STATE:], S)
-        height, velocity = rail - height * height, rate - velocity
-    state[OF_HEIGHT] = height
-    state[OF_VELOCITY] = velocity
+    state[OF_HEIGHT], state[OF_VELOCITY] = event.wheel_motion(pieces, numbers, S[STATE:], S)
     state[OF_DECK_HEIGHT] = S[STATE + DECK_Y]
     state[OF_DECK_VELOCITY] = S[STATE + DECK_V]
 

@@ -406,11 +406,6 @@ def works(program: Assembly, found: MultibodyMarch, damping: FloatArray, places:
     return replay.works(program, found, damping, places)
 
 
-def _without_rails(program: Any) -> Any:
-    """Return the vehicle of a program for vehicles on rails, and any other program as it is."""
-    return getattr(program, "assembly", program)
-
-
 def balance(program: Program, pieces: FloatArray, steps: FloatArray, after: FloatArray, sums: FloatArray) -> None:
     """Add what some steps, after which comes `after`, leave missing of the energy and exchange to `sums`."""
     from wheeltapper.march import balance

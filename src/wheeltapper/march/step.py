@@ -7,7 +7,6 @@ import numpy as np
 from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import is_contact_phase
-from wheeltapper.march.flight import flight_reach
 from wheeltapper.march.held_end import hold_end
 from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import STATE, N, T, U, W
@@ -66,7 +65,7 @@ def contact_advance(
 def free_series(pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, S: FloatArray) -> None:
     """Put the series of a step in time from the state in S there: U (y), W (v), CLEAR (y_k + Y - y), Y and Z of a deck.
 
-    In a bilateral contact F (the path) and N = factor·(y_k + Y - y), tension included, too; BUSH of a damper's end.
+    In a bilateral contact N = factor·(y_k + Y - y), tension included, too; BUSH of a damper's end.
     """
     number = free_variant_of(numbers, damper is not None)
     if S[layout.FUNCTIONS + number] == 0.0:
@@ -165,6 +164,20 @@ def trend_series(numbers: FloatArray, order: int, S: FloatArray) -> tuple[int, i
     for k in range(order - 1):
         S[layout.TREND + k] = (k + 1) * S[N + k + 1]
     return layout.TREND, order - 2
+
+
+@uncounted_kernel
+def flight_reach(numbers: FloatArray, S: FloatArray) -> float:
+    """Return the time over which the flight series of order FLIGHT_ORDER is exact to rounding."""
+    rate = np.sqrt(numbers[contract.STIFFNESS]) + numbers[contract.DAMPING] + abs(S[layout.HERE_OMEGA])
+    if numbers[contract.DECK_MASS] > 0.0:
+        deck = np.sqrt(numbers[contract.DECK_STIFFNESS] / numbers[contract.DECK_MASS])
+        rate += deck + numbers[contract.DECK_DAMPING] / numbers[contract.DECK_MASS]
+    if numbers[contract.BILATERAL] != 0.0:
+        rate += 1.0
+        if numbers[contract.DECK_MASS] > 0.0:
+            rate += np.sqrt(1.0 / numbers[contract.DECK_MASS])
+    return min(16.0, 2.0 / max(rate, 1e-3))
 
 
 @uncounted_kernel

@@ -1,32 +1,28 @@
 """Sums and extremes over steps, for features beyond events and force maxima: impulses and the highest position.
 
-For each step its series is computed again. Its impulse is added to the present contact. The highest position is taken
-at its ends, and inside where the wheel turns. A step without contact force ends the present contact; the first step
-after it begins the next one.
+For each step its series is computed again, whose integral is its impulse; that is added to the present contact. The
+highest position is taken at its ends, and inside where the wheel turns. A step without contact force ends the present
+contact; the first step after it begins the next one.
 """
 
 from __future__ import annotations
 
-import numpy as np
-
 from wheeltapper.march import program as contract
-from wheeltapper.march.dense import OUT_FORCE, OUT_WHEEL_V, OUT_WHEEL_Y, fill_row, prepare_step
+from wheeltapper.march.dense import OUT_WHEEL_V, OUT_WHEEL_Y, fill_row, prepare_step
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import uncounted_kernel
-from wheeltapper.march.layout import U
+from wheeltapper.march.layout import N, U
 from wheeltapper.march.program import LENGTH, PHASE, TIME, FloatArray
-from wheeltapper.march.roots import evaluate
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
-NODES, WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 # Entries of the tally: highest position and its time, number of contacts that impacts began, whether such a contact is
-# going on, whether the last step was without contact force.
-HIGHEST, HIGHEST_TIME, CONTACTS, STILL_OPEN, FLEW = range(5)
-TALLY = 5
+# going on, whether the last step was without contact force, whether there was a step, and whether the wheel rose at its
+# end: velocities go on over all events.
+HIGHEST, HIGHEST_TIME, CONTACTS, STILL_OPEN, FLEW, BEGUN, RISES = range(7)
+TALLY = 7
 
 
 @uncounted_kernel
-def _wheel_velocity(height: float, time: float, tally: FloatArray) -> None:
+def _note_position(height: float, time: float, tally: FloatArray) -> None:
     if height > tally[HIGHEST]:
         tally[HIGHEST] = height
         tally[HIGHEST_TIME] = time
@@ -45,7 +41,19 @@ def _note_highest(
             lo = middle
         else:
             hi = middle
-    _wheel_velocity(point[OUT_WHEEL_Y], step[TIME] + after, tally)
+    _note_position(point[OUT_WHEEL_Y], step[TIME] + after, tally)
+
+
+@uncounted_kernel
+def _impulse(order: int, length: float, S: FloatArray) -> float:
+    """Return the integral of the contact force over the time of a step in contact, ∫ N·u ds."""
+    total = 0.0
+    for n in range(order - 1, -1, -1):
+        term = 0.0
+        for j in range(n + 1):
+            term += S[U + j] * S[N + n - j]
+        total = total * length + term / (n + 1)
+    return total * length
 
 
 @uncounted_kernel
@@ -65,21 +73,15 @@ def tally_kernel(
             impulses[int(tally[CONTACTS])] = 0.0
             tally[CONTACTS] += 1.0
         tally[FLEW] = 1.0 if flying else 0.0
-        fill_row(numbers, None, step, 0.0, S, point)
-        _wheel_velocity(point[OUT_WHEEL_Y], step[TIME], tally)
-        before = 0.0
-        rising = point[OUT_WHEEL_V] > 0.0
-        for j in range(len(NODES) + 1):
-            x = NODES[j] * step[LENGTH] if j < len(NODES) else step[LENGTH]
-            after = fill_row(numbers, None, step, x, S, point)
-            if j < len(NODES) and tally[STILL_OPEN] != 0.0:
-                weight = WEIGHTS[j] * step[LENGTH]
-                if contact:
-                    weight *= evaluate(S, U, int(numbers[contract.ORDER]), x)
-                impulses[int(tally[CONTACTS]) - 1] += weight * point[OUT_FORCE]
-            _wheel_velocity(point[OUT_WHEEL_Y], step[TIME] + after, tally)
-            falling = point[OUT_WHEEL_V] <= 0.0
-            if rising and falling:
-                _note_highest(numbers, step, before, x, tally, S, point)
-            rising = not falling
-            before = x
+        if tally[BEGUN] == 0.0:
+            fill_row(numbers, None, step, 0.0, S, point)
+            _note_position(point[OUT_WHEEL_Y], step[TIME], tally)
+            tally[BEGUN], tally[RISES] = 1.0, 1.0 if point[OUT_WHEEL_V] > 0.0 else 0.0
+        if contact and tally[STILL_OPEN] != 0.0:
+            impulses[int(tally[CONTACTS]) - 1] += _impulse(int(numbers[contract.ORDER]), step[LENGTH], S)
+        after = fill_row(numbers, None, step, step[LENGTH], S, point)
+        _note_position(point[OUT_WHEEL_Y], step[TIME] + after, tally)
+        rises = point[OUT_WHEEL_V] > 0.0
+        if tally[RISES] != 0.0 and not rises:  # steps are too short for the wheel to turn twice
+            _note_highest(numbers, step, 0.0, step[LENGTH], tally, S, point)
+        tally[RISES] = 1.0 if rises else 0.0

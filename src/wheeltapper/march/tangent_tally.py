@@ -9,20 +9,19 @@ from wheeltapper.march.program import CONTACT, LENGTH, ON_DECK, PHASE, TIME, Flo
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import path_at
 from wheeltapper.march.step import time_to
-from wheeltapper.march.tally import NODES, WEIGHTS
 from wheeltapper.march.tangent_path import LANES, path_tangent, sum_at
 
 
 @uncounted_kernel
 def add_impulse(order: int, length: float, impulse: FloatArray, S: FloatArray, D: FloatArray) -> None:
     """Add the derivatives, at fixed s, of a contact step's impulse ∫ N·u ds."""
-    for j in range(len(NODES)):
-        x = NODES[j] * length
-        u = evaluate(S, U, order, x)
-        force = evaluate(S, N, order - 1, x)
-        for lane in range(LANES):
-            change = sum_at(D, N, order - 1, x, lane) * u + force * sum_at(D, U, order, x, lane)
-            impulse[lane] += WEIGHTS[j] * length * change
+    power = 1.0
+    for n in range(order):
+        power *= length
+        for j in range(n + 1):
+            u, force = S[U + n - j], S[N + j]
+            for lane in range(LANES):
+                impulse[lane] += power / (n + 1) * (D[N + j, lane] * u + force * D[U + n - j, lane])
 
 
 @uncounted_kernel

@@ -181,7 +181,7 @@ def free_source(terms: Free) -> str:
     """Return the whole function of a step in time; what it returns means nothing."""
     order = int(FLIGHT_ORDER)
     rows = {"U": ("y", order), "W": ("v", order), "CLEAR": ("clear", order)}
-    rows |= {"F": ("path", order), "N": ("N", order)} if terms.bonded else {}
+    rows |= {"N": ("N", order)} if terms.bonded else {}
     rows |= {"Y": ("Y", order), "Z": ("Z", order)} if terms.deck else {}
     rows |= {"BUSH": ("e", order)} if terms.end else {}
     body = ["y0, v0 = S[STATE + A], S[STATE + B]", *(f"{name} = {entry}" for name, entry in _in_memory(terms).items())]
