@@ -19,6 +19,9 @@ from wheeltapper.record.trains import Trains
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+PLACES = 0.5 * (np.polynomial.legendre.leggauss(16)[0] + 1.0)
+"""Places within a step at which a body's position is looked at, as parts of its length: a wagon's steps are long."""
+
 
 def trains_of(record: Record, tally: bool) -> Trains:
     """Return the impact trains of a record, in SI units; for a wagon those of the treads.
@@ -113,10 +116,8 @@ def _highest_position(record: Record, cells: int) -> FloatArray:
     """Return the highest position of each train's wheel, m; for a wagon, that of the centre of its wheelset."""
     from scipy.optimize import elementwise
 
-    from wheeltapper.march.tally import NODES
-
     bounds = np.append(record._step_starts, record.end)
-    inside = bounds[:-1, None] + np.diff(bounds)[:, None] * np.append(0.0, NODES)
+    inside = bounds[:-1, None] + np.diff(bounds)[:, None] * np.append(0.0, PLACES)
     times = np.minimum(np.append(inside.ravel(), record.end), record.end)
     height, speed = _wheelset_motion(record, times)
     out = height.max(axis=0)
