@@ -18,7 +18,7 @@ from wheeltapper.march.events import force as contact_force
 from wheeltapper.march.events import is_contact_phase
 from wheeltapper.march.held_end import held_coefficients
 from wheeltapper.march.kernel import kernel, uncounted_kernel
-from wheeltapper.march.layout import BUSH, FLIGHT_ORDER, T, U, W, Y, Z
+from wheeltapper.march.layout import BUSH, FLIGHT_ORDER, N, T, U, W, Y, Z
 from wheeltapper.march.program import LENGTH, ON_DECK, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.step import repeat_step, time_to
@@ -159,6 +159,21 @@ def dense(
         fill_row(numbers, damper, step, x, S, out[i])
 
 
+@uncounted_kernel
+def impulse(numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
+    """Return the integral of the contact force over the time of the prepared step: ∫ N·u ds, or ∫ N dt."""
+    contact = is_contact_phase(step[PHASE])
+    if not contact and step[PHASE] != contract.BONDED:
+        return 0.0
+    total = 0.0
+    for n in range(int(numbers[contract.ORDER]) - 1 if contact else FLIGHT_ORDER, -1, -1):
+        term = 0.0 if contact else S[N + n]
+        for j in range(n + 1 if contact else 0):
+            term += S[U + j] * S[N + n - j]
+        total = total * step[LENGTH] + term / (n + 1)
+    return total * step[LENGTH]
+
+
 @kernel
 def integrals(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
@@ -177,6 +192,7 @@ def integrals(
         fill_row(numbers, damper, step, step[LENGTH], S, ends[i, FINISHES])
         total = out[i]
         total[:] = 0.0
+        total[IMPULSE] = impulse(numbers, step, S)
         for j in range(len(nodes)):
             x = nodes[j] * step[LENGTH]
             after = fill_row(numbers, damper, step, x, S, point)
@@ -189,7 +205,6 @@ def integrals(
             total[LOST_SUSPENSION] += weight * lost
             total[LOST_DECK] += weight * numbers[contract.DECK_DAMPING] * point[OUT_DECK_V] ** 2
             total[WORK_PATH] += weight * point[OUT_FORCE] * point[OUT_PATH_V]
-            total[IMPULSE] += weight * point[OUT_FORCE]
             if contact:
                 total[CONTACT_TIME] += weight
             if step[PHASE] >= contract.YIELDING:

@@ -7,11 +7,9 @@ contact; the first step after it begins the next one.
 
 from __future__ import annotations
 
-from wheeltapper.march import program as contract
-from wheeltapper.march.dense import OUT_WHEEL_V, OUT_WHEEL_Y, fill_row, prepare_step
+from wheeltapper.march.dense import OUT_WHEEL_V, OUT_WHEEL_Y, fill_row, impulse, prepare_step
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import uncounted_kernel
-from wheeltapper.march.layout import N, U
 from wheeltapper.march.program import LENGTH, PHASE, TIME, FloatArray
 
 # Entries of the tally: highest position and its time, number of contacts that impacts began, whether such a contact is
@@ -45,18 +43,6 @@ def _note_highest(
 
 
 @uncounted_kernel
-def _impulse(order: int, length: float, S: FloatArray) -> float:
-    """Return the integral of the contact force over the time of a step in contact, ∫ N·u ds."""
-    total = 0.0
-    for n in range(order - 1, -1, -1):
-        term = 0.0
-        for j in range(n + 1):
-            term += S[U + j] * S[N + n - j]
-        total = total * length + term / (n + 1)
-    return total * length
-
-
-@uncounted_kernel
 def tally_kernel(
     pieces: FloatArray, numbers: FloatArray, steps: FloatArray, count: int, tally: FloatArray, impulses: FloatArray,
     S: FloatArray, point: FloatArray,
@@ -65,7 +51,7 @@ def tally_kernel(
     for i in range(count):
         step = steps[i]
         flying = is_free(step[PHASE])
-        contact = prepare_step(pieces, numbers, None, None, step, S)
+        prepare_step(pieces, numbers, None, None, step, S)
         if flying:
             tally[STILL_OPEN] = 0.0
         elif tally[FLEW] != 0.0:
@@ -77,8 +63,8 @@ def tally_kernel(
             fill_row(numbers, None, step, 0.0, S, point)
             _note_position(point[OUT_WHEEL_Y], step[TIME], tally)
             tally[BEGUN], tally[RISES] = 1.0, 1.0 if point[OUT_WHEEL_V] > 0.0 else 0.0
-        if contact and tally[STILL_OPEN] != 0.0:
-            impulses[int(tally[CONTACTS]) - 1] += _impulse(int(numbers[contract.ORDER]), step[LENGTH], S)
+        if tally[STILL_OPEN] != 0.0:
+            impulses[int(tally[CONTACTS]) - 1] += impulse(numbers, step, S)
         after = fill_row(numbers, None, step, step[LENGTH], S, point)
         _note_position(point[OUT_WHEEL_Y], step[TIME] + after, tally)
         rises = point[OUT_WHEEL_V] > 0.0
