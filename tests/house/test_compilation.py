@@ -230,7 +230,8 @@ def test_of_two_processes_one_compiles(tmp_path):
     told = [process.communicate() for process in both]
     assert [process.returncode for process in both] == [0, 0]
     assert told[0][0] == told[1][0]
-    compiled = [line for _, said in told for line in said.splitlines() if ": compiling" in line]
+    lines = [line for _, said in told for line in said.splitlines() if ": compiling" in line]
+    compiled = [line for line in lines if "a wheel's steps" not in line]  # one line for several functions
     assert len(compiled) == len(set(compiled)) > 2
 
 
@@ -417,7 +418,8 @@ def test_what_a_package_brings_is_neither_compiled_nor_written(brought):
 @pytest.mark.slow
 def test_other_sources_than_those_of_what_is_brought_are_compiled_with_a_word(brought):
     march, place = brought
-    (march / "tiny.py").write_text(TINY.replace("2.0 * x", "3.0 * x"))
+    other = TINY.replace("2.0 * x", "1.5 * 2.0 * x")  # of another size: byte-code goes by size and by whole seconds
+    (march / "tiny.py").write_text(other)
     found, said = answer(script=CALL_TINY, **place)
     assert found[0] == 30.0
     assert said.startswith("wheeltapper: the prebuilt kernels are of ")
