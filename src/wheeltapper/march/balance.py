@@ -20,7 +20,7 @@ import numpy as np
 from wheeltapper.march import lane_rows as at
 from wheeltapper.march import program as contract
 from wheeltapper.march.apart import numbers_to_row, path_to_row
-from wheeltapper.march.events import is_contact_phase, wheel_motion
+from wheeltapper.march.events import is_contact_phase, is_free, wheel_motion
 from wheeltapper.march.held_end import held_coefficients
 from wheeltapper.march.kernel import inlined_uncounted_kernel, kernel, uncounted_kernel
 from wheeltapper.march.lane_rows import LANES
@@ -116,11 +116,9 @@ def _put_model(
     lift = numbers[contract.LIFT]
     _put(numbers[contract.DECK_MASS], at.LANE_MASS, L)
     _put_polynomial(lift, piece, contract.COEFFICIENT, int(piece[contract.DEGREE]), at.LANE_PATH, L)
-    factor = (
-        int(piece[contract.FACTOR_DEGREE]) if is_contact_phase(state[PHASE]) or state[PHASE] == contract.BONDED else -2
-    )
-    _put_polynomial(1.0, piece, contract.FACTOR, factor, at.LANE_FACTOR, L)
-    if factor == -1:
+    touches, degree = not is_free(state[PHASE]), int(piece[contract.FACTOR_DEGREE])
+    _put_polynomial(1.0, piece, contract.FACTOR, degree if touches else -1, at.LANE_FACTOR, L)
+    if touches and degree < 0:
         _put(1.0, at.LANE_FACTOR, L)
     if len(damper):
         G, bush, rate = held_coefficients(state[contract.END_MODE], damper)
