@@ -457,6 +457,6 @@ def test_whatever_can_be_simulated_can_be_mapped_and_differentiated():
     """Only a contact that pulls, which is never lost, has no border but that of a wheel's march, which finds none."""
     for marcher in run.MARCHERS:
         for needs in (marcher.requires | {need} for need in marcher.covers):
-            assert run.fastest_march(questions.SWEEP, needs) is not None
+            assert run.fastest_march(run.SWEEP, needs) is not None
             assert run.fastest_march(questions.GRADIENT, needs) is not None
             assert run.fastest_march(questions.BORDER, needs - {BILATERAL}) is not None

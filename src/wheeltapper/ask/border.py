@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.questions import BORDER, is_by_runs
+from wheeltapper.ask.questions import BORDER
 from wheeltapper.ask.study import needs_over, study_of, unit_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count
@@ -102,16 +102,16 @@ class _Plane:
 
     def margin(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the margin in m at each pair of values."""
-        if is_by_runs(self.marcher):
+        if self.marcher.is_of_wagons:
             return self._margin_by_records(x, y)
-        if self.marcher is not run.WHEEL:
+        if self.marcher.is_general:
             return self._margin_on_rails(x, y)
         from wheeltapper.lower.many import LoweredCells
 
         many = LoweredCells(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
         many.cells.numbers[:, contract.LAST_IMPACT] = self.losses
-        found = run.margins(many.cells, self.losses, self.threads)
-        return np.asarray((found * many.units.length).reshape(x.shape))
+        found = run.margins(many.to_march, self.losses, self.threads)
+        return self._whole(found * many.units.length).reshape(x.shape)
 
     def _margin_on_rails(self, x: FloatArray, y: FloatArray) -> FloatArray:
         from wheeltapper.lower.cells_on_rails import CellsOnRails

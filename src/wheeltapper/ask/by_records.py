@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.cells import REFUSED, STATUS_OF_MARCH, ComputedCells
-from wheeltapper.ask.margin_of_wheels import margin_of, readings_of_wagon, readings_of_wheel
+from wheeltapper.ask.margin_of_wheels import margin_of, readings_of_wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.ground.progress import progress_counter
@@ -66,7 +66,7 @@ def computed_by_records(asked: Study, changed: dict[str, FloatArray], threads: i
 def margins_by_records(
     scenario: Scenario, changed: dict[str, FloatArray], method: str, losses: int, threads: int
 ) -> FloatArray:
-    """Return how far each cell is from the `losses`-th loss of any of its wheels, m; NaN where a march broke off."""
+    """Return how far each cell of a wagon is from the `losses`-th loss of any wheel, m; NaN where a march broke off."""
     cells = len(next(iter(changed.values())))
     out = np.full(cells, np.nan)
 
@@ -74,8 +74,7 @@ def margins_by_records(
         one = scenario.replaced({path: float(values[cell]) for path, values in changed.items()})
         lowered = kind_of(one).lower(one, method)
         march = run.march(lowered.program)
-        of_wagon = run.choose(run.SIMULATE, one.needs).is_of_wagons
-        readings = (readings_of_wagon if of_wagon else readings_of_wheel)(lowered, march)
+        readings = readings_of_wagon(lowered, march)
         margin = margin_of(readings, losses)
         if march.status == contract.DONE or (
             march.status == contract.STALLED and abs(margin) < ROUNDING * readings.static

@@ -213,7 +213,7 @@ def _computed_values(asked: Study, many: LoweredCells, threads: int) -> Computed
         count(block.stop - block.start)
 
     count = progress_counter("cells", total)
-    run.march_cells(many.cells, threads, read_block, asked.needs_tally)
+    run.march_cells(many.to_march, threads, read_block, asked.needs_tally)
     empty = np.empty((len(asked.features), 0, total))
     return ComputedCells(
         values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan),

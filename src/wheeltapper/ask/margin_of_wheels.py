@@ -23,10 +23,8 @@ from wheeltapper.march import run
 from wheeltapper.march.wheel_rows import DELTA_RATE, GRIP, ROW_DELTA
 
 if TYPE_CHECKING:
-    from wheeltapper.lower.build import Lowered
     from wheeltapper.lower.wagon import LoweredWagon
     from wheeltapper.march.multibody import MultibodyMarch
-    from wheeltapper.march.single import March
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -81,33 +79,11 @@ def readings_of_wagon(lowered: LoweredWagon, found: MultibodyMarch) -> Readings:
 
     begins, lengths = found.steps[:, asm.STEP_TIME], found.steps[:, asm.STEP_LENGTH]
     at_once = A.rails.size > 0 and A.rails[asm.RAIL_AT_ONCE] != 0.0
-    within = WITHIN_AT_ONCE if at_once and not damped else _within(damped)
+    within = WITHIN_AT_ONCE if at_once and not damped else WITHIN if damped else WITHIN[:-1]
     times = np.append((begins[:, None] + lengths[:, None] * within).ravel(), found.end)
     each = [found.events[found.events[:, contract.EVENT_CONTACT] == lane] for lane in treads]
     lost, hit = ([_times_of(events, kind) for events in each] for kind in KINDS)
     return Readings(at, times, lost, hit, static, damped)
-
-
-def readings_of_wheel(lowered: Lowered, found: March) -> Readings:
-    """Return the readings of the run of a wheelset alone."""
-    from wheeltapper.march import dense
-
-    eta, length, time = float(lowered.program.numbers[contract.HYSTERESIS]), lowered.length, lowered.time
-    scale = np.array([length, length / time, length])[: 3 if eta else 2]
-
-    def at(times: FloatArray) -> FloatArray:
-        rows = run.sample(lowered.program, found, times / time)[:, [dense.OUT_DELTA, dense.OUT_DELTA_V]]
-        read = np.column_stack([rows, 1.0 + eta * rows[:, RATE]]) if eta else rows
-        return np.asarray((read * scale)[:, :, None])
-
-    bounds = np.append(found.steps[:, contract.TIME], found.state[contract.TIME]) * time
-    times = np.append((bounds[:-1, None] + np.diff(bounds)[:, None] * _within(bool(eta))).ravel(), bounds[-1])
-    lost, hit = ([_times_of(found.events, kind) * time] for kind in KINDS)
-    return Readings(at, times, lost, hit, length, bool(eta))
-
-
-def _within(damped: bool) -> FloatArray:
-    return WITHIN if damped else WITHIN[:-1]
 
 
 def _times_of(events: FloatArray, kind: int) -> FloatArray:

@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.questions import QUESTIONS, SWEEP, TANGENTS, is_by_runs
+from wheeltapper.ask.questions import QUESTIONS, TANGENTS
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.paths import held_at
 from wheeltapper.describe.scenario import Scenario
@@ -112,12 +112,12 @@ class Study:
     @cached_property
     def marcher(self) -> run.Marcher:
         """The march that computes the cells."""
-        return run.choose(SWEEP, needs_over(self.scenario, self.axes))
+        return run.choose(run.SWEEP, needs_over(self.scenario, self.axes))
 
     @property
     def by_records(self) -> bool:
         """Whether each cell is a run with a record of its own: there are no tables that cells could share."""
-        return is_by_runs(self.marcher)
+        return self.marcher.is_of_wagons
 
     @property
     def wheel_axes(self) -> dict[str, list[int] | list[str]]:
@@ -263,7 +263,7 @@ def study_of(
     scenario: Scenario, over: Mapping[str, Any], features: Asked, *,
     gradient: bool | Sequence[str] = False, zipped: bool = False, samples: int | None = None,
     sampling: Sampling = "sobol", seed: int = 0, method: str = "default", chaos_limit: float = CHAOS_LIMIT,
-    question: run.Question = SWEEP,
+    question: run.Question = run.SWEEP,
 ) -> Study:  # fmt: skip
     """Return the study that `sweep`, or another question, computes; its arguments are those of `sweep`."""
     run.choose(question, scenario.needs)

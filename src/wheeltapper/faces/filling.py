@@ -114,7 +114,7 @@ def asks() -> list[tuple[Callable[[wt.Scenario, Method], None], wt.Scenario, Met
     ]  # fmt: skip
     charts = [
         scene(bogie, track=DECK), scene(wheelset), scene(bogie, track=RAILS), scene(wheelset, track=DECK),
-        scene(wheelset, BILATERAL), scene(with_play),
+        scene(wheelset, BILATERAL), scene(with_play), scene(wheelset, YIELDING),
     ]  # fmt: skip
     worn = [scene(wagon, YIELDING, duration=0.3), scene(bogie, YIELDING), scene(wheelset, YIELDING, track=DECK)]
     of = {

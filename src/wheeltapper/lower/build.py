@@ -14,11 +14,11 @@ from wheeltapper.describe.irregularity.course import Course, level
 from wheeltapper.ground.needs import DAMPER_END, MEMORY, YIELDING
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower import ellipse
-from wheeltapper.lower.damper_end import program_with_end
+from wheeltapper.lower.damper_end import dampers_with_ends
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.fit import Factor
 from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
-from wheeltapper.lower.plastic import yielding_program
+from wheeltapper.lower.plastic import yielding_programs
 from wheeltapper.lower.plausible import doubts
 from wheeltapper.lower.point import point_table
 from wheeltapper.lower.rolling import circle_table
@@ -148,19 +148,19 @@ def lower(scenario: Scenario, method: str = "default", path: tuple[PathTable, li
     table, notes = path or table_of(scenario, float(scenario.speed * scenario.duration), chosen)
     here = np.zeros(1)
     placing = Placing(np.ones(1), np.ones(1), np.zeros(1), table.height_at(here), table.factor_at(here))
-    numbers, units = numbers_of(Fields(scenario), placing, chosen)
+    value = Fields(scenario)
+    numbers, units = numbers_of(value, placing, chosen)
     numbers[:, contract.LOOP] = table.loop
     numbers[:, contract.LOOP_JOIN] = table.loop_join
     program = Program(table.rows, numbers[0])
     static_force = units.static_force.item()
     if YIELDING in needs:
-        program, static_force = yielding_program(
-            scenario, scenario.contact, program, units, table.height_at(here).item()
-        )
+        (program,), (static_force,) = yielding_programs(value, [table.rows], numbers, units, placing.height)
         if MEMORY in needs and scenario.contact.warning:
             notes = [*notes, Note(scenario.contact.warning, doubtful=True)]
     if DAMPER_END in needs:
-        program = program_with_end(scenario.vehicle, program, units)
+        (damper,) = dampers_with_ends(value, numbers, units)
+        program = program._replace(damper=damper)
     return Lowered(
         program,
         table,

@@ -19,12 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.needs import YIELDING
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.lower.bends import table_tangent
 from wheeltapper.lower.build import SHARP_DIP, courses_of, curvature_range, sharp_dip, table_of
+from wheeltapper.lower.damper_end import dampers_with_ends
 from wheeltapper.lower.ellipse import factor_function
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.numbers import METHODS, Method, Placing, Units, numbers_of
+from wheeltapper.lower.plastic import yielding_programs
 from wheeltapper.lower.plausible import implausible_cells
 from wheeltapper.lower.table import PathTable
 from wheeltapper.lower.unmet import deck_acting, irregularities_acting, unmet_cells
@@ -102,16 +105,40 @@ class LoweredCells:
         self._shaping = [path for path in changed if path not in self._kinds and shapes_the_path(scenario, path)]
         self._shaped, self._owner, self._said = self._lowered_tables()
         tables = [shaped.table for shaped in self._shaped]
-        numbers, units = numbers_of(self._field_value, self._cell_placing(self._field_value), self._method)
+        placing = self._cell_placing(self._field_value)
+        numbers, units = numbers_of(self._field_value, placing, self._method)
         self._first = np.cumsum([0, *(len(table.rows) for table in tables)])
         numbers[:, contract.LOOP] = np.array([table.loop for table in tables])[self._owner]
         numbers[:, contract.LOOP_JOIN] = np.array([table.loop_join for table in tables])[self._owner]
         rows = np.vstack([table.rows for table in tables])
         self.cells = Cells(rows, self._first[:-1][self._owner], np.diff(self._first)[self._owner], numbers)
         self.units = self._spread_units(units)
+        self._programs = self._marched_alone(placing.height)
+
+    def _marched_alone(self, heights: FloatArray) -> tuple[Program, ...]:
+        """Return the programs of cells whose contacts yield or whose dampers have ends; of others none."""
+        value, cells, units = self._field_value, self.cells, self.units
+        pieces = [cells.pieces[first : first + many] for first, many in zip(cells.first, cells.many, strict=True)]
+        if YIELDING in self.scenario.needs:
+            programs, static = yielding_programs(value, pieces, cells.numbers, units, heights)
+            self.units = replace(units, static_force=static)
+            return programs
+        if self.scenario.vehicle.damper_end or np.any(np.real(value("vehicle.damper_play")) > 0.0):
+            dampers = dampers_with_ends(value, cells.numbers, units)
+            return tuple(
+                Program(*one[:2], damper=one[2]) for one in zip(pieces, cells.numbers, dampers, strict=True)
+            )  # fmt: skip
+        return ()
+
+    @property
+    def to_march(self) -> Cells | tuple[Program, ...]:
+        """The cells as their march takes them: all that share one march in lanes, or each by itself."""
+        return self._programs or self.cells
 
     def program(self, cell: int) -> Program:
         """Return the program of one cell."""
+        if self._programs:
+            return self._programs[cell]
         first, many = int(self.cells.first[cell]), int(self.cells.many[cell])
         return Program(self.cells.pieces[first : first + many], self.cells.numbers[cell])
 
@@ -129,6 +156,7 @@ class LoweredCells:
             dict(scenario.irregularities[0].similarity()) if len(scenario.irregularity) == 1 else {}
         )
         plain = scenario.rolling == "point" and factor_function(scenario.contact, scenario.vehicle) is None
+        plain = plain and YIELDING not in scenario.needs  # what a surface has borne is no part of its height
         kinds = {f"irregularity.0.{name}": kind for name, kind in fields.items() if kind == "offset" or plain}
         place = next((path for path, kind in kinds.items() if kind == "offset"), None)
         reference: dict[str, float] = {}
@@ -186,6 +214,9 @@ class LoweredCells:
         counts = np.bincount(self._owner, minlength=len(self._shaped))
         notes = [Shared(note, int(cells)) for said, cells in zip(self._said, counts, strict=True) for note in said]
         told = [note for note in notes if note.note.cause != SHARP_DIP] + self._sharp_dips() + self._unmet()
+        still = int((self.cells.numbers[:, contract.MEMORY] != 0.0).sum())
+        if still and self.scenario.contact.warning:
+            told.append(Shared(Note(self.scenario.contact.warning, doubtful=True), still))
         return shared_notes((*implausible_cells(self.scenario, self.changed, self._field_value.cells), *told))
 
     def _unmet(self) -> list[Shared]:

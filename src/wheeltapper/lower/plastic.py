@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +12,11 @@ from numpy.typing import NDArray
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.lower.ellipse import semi_axes
+from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.numbers import Units
 from wheeltapper.march import program as contract
 from wheeltapper.march.general.at_rest import Bearing, indentation_at_rest
 from wheeltapper.march.program import Program
-
-if TYPE_CHECKING:
-    from wheeltapper.describe.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -35,6 +34,39 @@ CHECKS = np.cos(np.pi * np.arange(2 * contract.TERMS + 1) / (2 * contract.TERMS)
 TO_POWERS = np.linalg.inv(np.vander(NODES, increasing=True))
 
 
+@lru_cache(maxsize=16)
+def _rows_over_onset(contact: ElasticPlastic) -> FloatArray:
+    """Return the pieces of a law; lengths are over δ_Y, and forces over N_Y."""
+    inside = [b for b in contact.borders if b < LARGEST]
+    pieces = list(zip([1.0, *inside], [*inside, LARGEST], strict=True))[::-1]
+    rows = []
+    while pieces:
+        start, end = pieces.pop()
+        centre, scale = 0.5 * (start + end), 0.5 * (end - start)
+        at, checked = centre + scale * NODES, np.clip(centre + scale * CHECKS, start * (1 + 1e-15), end)
+        row = np.zeros(contract.LAW_COLUMNS)
+        row[contract.LAW_START], row[contract.LAW_CENTRE], row[contract.LAW_SCALE] = start, centre, scale
+        is_exact = True
+        for function, column, size in (
+            (contact.loading, contract.LAW_FORCE, contact.loading(end)),
+            (contact.residual, contract.LAW_RESIDUAL, end),
+        ):
+            inner = np.clip(at, np.nextafter(start, end), np.nextafter(end, start))
+            terms = TO_POWERS @ function(inner)
+            wrong = np.abs(np.polynomial.polynomial.polyval((checked - centre) / scale, terms) - function(checked))
+            is_exact = is_exact and bool(wrong.max() <= TOLERANCE * float(size) or end - start < 1e-3 * start)
+            terms[np.abs(terms) < 1e-16 * float(size)] = 0.0
+            if np.abs(terms[2:]).sum() < STRAIGHT * float(size):
+                terms[2:] = 0.0
+            row[column : column + contract.TERMS] = terms
+        if is_exact:
+            rows.append(row)
+        else:
+            middle = np.sqrt(start * end)
+            pieces += [(middle, end), (start, middle)]
+    return np.array(rows)
+
+
 def law_rows(contact: ElasticPlastic, yield_indentation: float) -> FloatArray:
     """Return the pieces of a law, in units in which the force of an elastic contact is δ^1.5.
 
@@ -45,36 +77,11 @@ def law_rows(contact: ElasticPlastic, yield_indentation: float) -> FloatArray:
     yield_indentation
         δ_Y in those units.
     """
-    force = yield_indentation**1.5
-    inside = [b for b in contact.borders if b < LARGEST]
-    pieces = list(zip([1.0, *inside], [*inside, LARGEST], strict=True))[::-1]
-    rows = []
-    while pieces:
-        start, end = pieces.pop()
-        centre, scale = 0.5 * (start + end), 0.5 * (end - start)
-        at, checked = centre + scale * NODES, np.clip(centre + scale * CHECKS, start * (1 + 1e-15), end)
-        row = np.zeros(contract.LAW_COLUMNS)
-        row[contract.LAW_START] = start * yield_indentation
-        row[contract.LAW_CENTRE], row[contract.LAW_SCALE] = centre * yield_indentation, scale * yield_indentation
-        is_exact = True
-        for function, unit, column, size in (
-            (contact.loading, force, contract.LAW_FORCE, contact.loading(end)),
-            (contact.residual, yield_indentation, contract.LAW_RESIDUAL, end),
-        ):
-            inner = np.clip(at, np.nextafter(start, end), np.nextafter(end, start))
-            terms = TO_POWERS @ function(inner)
-            wrong = np.abs(np.polynomial.polynomial.polyval((checked - centre) / scale, terms) - function(checked))
-            is_exact = is_exact and bool(wrong.max() <= TOLERANCE * float(size) or end - start < 1e-3 * start)
-            terms[np.abs(terms) < 1e-16 * float(size)] = 0.0
-            if np.abs(terms[2:]).sum() < STRAIGHT * float(size):
-                terms[2:] = 0.0
-            row[column : column + contract.TERMS] = terms * unit
-        if is_exact:
-            rows.append(row)
-        else:
-            middle = np.sqrt(start * end)
-            pieces += [(middle, end), (start, middle)]
-    return np.array(rows)
+    rows = _rows_over_onset(contact).copy()
+    rows[:, : contract.LAW_FORCE] *= yield_indentation
+    rows[:, contract.LAW_FORCE : contract.LAW_RESIDUAL] *= yield_indentation**1.5
+    rows[:, contract.LAW_RESIDUAL :] *= yield_indentation
+    return rows
 
 
 @lru_cache(maxsize=16)
@@ -83,7 +90,7 @@ def stretched_rows(contact: ElasticPlastic) -> FloatArray:
 
     Lengths are over δ_Y, and forces over N_Y.
     """
-    rows = law_rows(contact, 1.0)
+    rows = _rows_over_onset(contact)
     borders = np.array([b for b in contact.borders if b < LARGEST])
     stretch = 1.0 + np.searchsorted(borders * (1.0 - 1e-12), rows[:, contract.LAW_START], side="right")
     out = np.column_stack([rows, stretch])
@@ -199,34 +206,48 @@ def static_force_of(law: FloatArray, stiffness: float) -> float:
     return float(loading_force(law, indentation_at_rest(plastic_bearing(law), 1.0, stiffness)))
 
 
-def yielding_program(
-    scenario: Scenario, contact: ElasticPlastic, elastic: Program, units: Units, height: float
-) -> tuple[Program, float]:
-    """Return the program with the contact's plastic law instead of the elastic one, and the static force, N.
+@lru_cache(maxsize=256)
+def _settled(contact: ElasticPlastic, onset: float, stiffness: float, height: float) -> tuple[FloatArray, float, float]:
+    """Return a law for a yield indentation, its static force, and the indentation at rest on a height, all scaled."""
+    law = law_rows(contact, onset)
+    depth = indentation_at_rest(plastic_bearing(law), 1.0, stiffness, height)
+    return law, static_force_of(law, stiffness), float(depth)
+
+
+def yielding_programs(
+    value: Fields, pieces: Sequence[FloatArray], numbers: FloatArray, units: Units, heights: FloatArray
+) -> tuple[tuple[Program, ...], FloatArray]:
+    """Return the programs of cells whose contacts yield, and their static forces, N.
 
     Parameters
     ----------
-    scenario, contact
-        The scenario, and its contact.
-    elastic, units
-        The program with the elastic part of the contact, and its units.
-    height
-        Height of the path at x = 0, m.
+    value
+        The scenario and its cells.
+    pieces
+        Of each cell's path.
+    numbers, units
+        Of the cells with the elastic part of the contact (cells, NUMBERS); the programs hold these rows, changed.
+    heights
+        Of the paths at x = 0, m, (cells,).
     """
-    length, force = units.length.item(), units.force.item()
-    onset = contact.yield_indentation(units.contact_constant.item(), scenario.vehicle.wheels, units.static_force.item())
-    law = law_rows(contact, onset / length)
-    numbers = elastic.numbers.copy()
-    numbers[contract.MEMORY] = float(scenario.speed == 0.0)
-    stiffness = numbers[contract.STIFFNESS]
-    static = static_force_of(law, stiffness)
-    if numbers[contract.DECK_MASS] > 0.0:
-        numbers[contract.PRESTRESS] = static
-    marked = virgin_pieces(elastic.pieces, onset)
-    if scenario.start == "equilibrium":
-        at_start = height / length
-        depth = float(indentation_at_rest(plastic_bearing(law), 1.0, stiffness, at_start))
-        numbers[contract.START_HEIGHT] = at_start - depth
-        if scenario.speed == 0.0 and depth > onset / length:
-            _loaded_pieces(marked, law, depth, length)
-    return Program(marked, numbers, law), static * force
+    scenario, cells = value.scenario, len(numbers)
+    kinds, kind_of_cell = value.variants([path for path in value.changed if path.startswith("contact.")])
+    contacts: list[Any] = [(scenario.replaced(changes) if changes else scenario).contact for changes in kinds]
+    programs, static = list[Program](), np.empty(cells)
+    columns = (value("speed"), units.length, units.force, units.contact_constant, units.static_force, heights)
+    rows = np.column_stack([np.broadcast_to(column, cells) for column in columns]).tolist()
+    for cell, (speed, length, force, constant, elastic_force, height) in enumerate(rows):
+        contact, own, at_start = contacts[kind_of_cell[cell]], numbers[cell], height / length
+        onset = contact.yield_indentation(constant, scenario.vehicle.wheels, elastic_force)
+        law, standing, depth = _settled(contact, onset / length, float(own[contract.STIFFNESS]), at_start)
+        static[cell] = standing * force
+        own[contract.MEMORY] = float(speed == 0.0)
+        if own[contract.DECK_MASS] > 0.0:
+            own[contract.PRESTRESS] = standing
+        marked = virgin_pieces(pieces[cell], onset)
+        if scenario.start == "equilibrium":
+            own[contract.START_HEIGHT] = at_start - depth
+            if speed == 0.0 and depth > onset / length:
+                _loaded_pieces(marked, law, depth, length)
+        programs.append(Program(marked, own, law))
+    return tuple(programs), static

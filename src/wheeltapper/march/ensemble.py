@@ -5,7 +5,7 @@ for each cell: start it, march it until all features are known or the run ends, 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,18 +14,20 @@ from wheeltapper.march import pool as pools
 from wheeltapper.march import program as contract
 from wheeltapper.march.apart import motions_kernel, start_lanes
 from wheeltapper.march.blocks import in_blocks
-from wheeltapper.march.dense import OUT_COLUMNS
+from wheeltapper.march.dense import ENDED_OUT_COLUMNS, OUT_COLUMNS
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.lanes import lanes_kernel
 from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, STATE
 from wheeltapper.march.program import PHASE, TIME, A, FloatArray, IntArray
-from wheeltapper.march.single import march_kernel, start_kernel
-from wheeltapper.march.steps.written import scratch_of_cells
-from wheeltapper.march.tally import CONTACTS, HIGHEST, STILL_OPEN, TALLY, tally_kernel
+from wheeltapper.march.single import March, march, march_kernel, start_kernel
+from wheeltapper.march.steps.written import scratch_for, scratch_of_cells
+from wheeltapper.march.tally import HIGHEST, TALLY, end_tally, tally_kernel
 
 SMALLEST_BLOCK, LARGEST_BLOCK = 256, 2048
 """Cells that one thread marches at a time."""
+PROGRAMS = 16
+"""The same of those that march by themselves."""
 STEP_ROWS = 64
 
 
@@ -108,13 +110,15 @@ def ensemble_kernel(
         while why == contract.FULL:
             why = march_kernel(table, numbers[cell], None, None, steps, events[event:], peaks[peak:], None, S)
             if tallied:
-                tally_kernel(table, numbers[cell], steps, int(S[COUNT]), tally, impulses[event:], scratch, point)
+                many_steps = int(S[COUNT])
+                tally_kernel(
+                    table, numbers[cell], None, None, steps, many_steps, tally, impulses[event:], scratch, point
+                )
             if why == contract.FULL and S[COUNT] + 1 <= steps.shape[0]:
                 return cell
             S[COUNT] = 0.0
         highest[cell] = tally[HIGHEST] if tallied else np.nan
-        if tallied and why != contract.ENOUGH and tally[STILL_OPEN] != 0.0:
-            impulses[event + int(tally[CONTACTS]) - 1] = np.nan  # this contact outlasts the run
+        end_tally(why, tally, impulses[event:])
         status[cell] = why
         end[cell] = S[STATE + TIME]
         event += int(S[COUNT + EVENTS])
@@ -256,11 +260,49 @@ def _block_size(total: int, threads: int) -> int:
     return min(max(total // (4 * threads), SMALLEST_BLOCK), LARGEST_BLOCK)
 
 
-def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None], tally: bool = False) -> None:
+def _tallied(program: contract.Program, found: March) -> tuple[float, FloatArray]:
+    """Return the wheel's highest position in a march, and the impulses of its contacts as `Marched` has them."""
+    tally, point, impulses = np.zeros(TALLY), np.zeros(ENDED_OUT_COLUMNS), np.full(len(found.events), np.nan)
+    tally[HIGHEST] = -np.inf
+    given = found.pieces, program.numbers, *program.law_and_damper, found.steps, len(found.steps)
+    tally_kernel(*given, tally, impulses, scratch_for(program), point)
+    end_tally(found.status, tally, impulses)
+    return tally[HIGHEST], impulses
+
+
+def march_alone(programs: Sequence[contract.Program], tally: bool = False) -> Marched:
+    """March some programs in this thread, one after the other, whatever their contacts and dampers."""
+    found = [march(program) for program in programs]
+    ends = np.cumsum([(len(one.events), len(one.peaks)) for one in found], axis=0)
+    begun = [one.steps[0, PHASE] if len(one.steps) else one.state[PHASE] for one in found]
+    marched = Marched(
+        np.array([one.status for one in found]), np.array([one.state[TIME] for one in found]),
+        np.concatenate([one.events for one in found]), np.concatenate([one.peaks for one in found]),
+        ends[:, 0], ends[:, 1],
+        np.isin(begun, [contract.FLIGHT, contract.RELEASED]).astype(float),
+    )  # fmt: skip
+    if not tally:
+        return marched
+    highest, impulses = zip(*map(_tallied, programs, found), strict=True)
+    return marched._replace(highest=np.array(highest), impulses=np.concatenate(impulses))
+
+
+def march_all(
+    cells: Cells | Sequence[contract.Program], threads: int, read: Callable[[slice, Marched], None],
+    tally: bool = False,
+) -> None:  # fmt: skip
     """March all cells, block by block, and pass each block to `read`; the threads do both."""
+    if isinstance(cells, Cells):
+        total, size = len(cells.first), _block_size(len(cells.first), threads)
+    else:
+        total, size = len(cells), PROGRAMS
 
     def march_and_read(block: slice) -> None:
-        some = cells.part(block)
-        read(block, march_one_by_one(some, tally) if tally else march_in_lanes(some))
+        if not isinstance(cells, Cells):
+            read(block, march_alone(cells[block], tally))
+        elif tally:
+            read(block, march_one_by_one(cells.part(block), tally))
+        else:
+            read(block, march_in_lanes(cells.part(block)))
 
-    in_blocks(len(cells.first), _block_size(len(cells.first), threads), threads, march_and_read)
+    in_blocks(total, size, threads, march_and_read)

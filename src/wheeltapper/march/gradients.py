@@ -16,7 +16,7 @@ from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.program import TIME, FloatArray, IntArray, Program
 from wheeltapper.march.single import March, march
 from wheeltapper.march.steps.written import scratch_of_cells
-from wheeltapper.march.tally import CONTACTS, HIGHEST, HIGHEST_TIME, STILL_OPEN, TALLY, tally_kernel
+from wheeltapper.march.tally import HIGHEST, HIGHEST_TIME, TALLY, end_tally, tally_kernel
 from wheeltapper.march.tangent import repeat_kernel, tangent_kernel
 from wheeltapper.march.tangent_lanes import Links, links_of
 from wheeltapper.march.tangent_path import LANES, OF_HEIGHT, OF_VELOCITY
@@ -78,9 +78,8 @@ def gradient_kernel(
         if tallied is not None:
             tally[:] = 0.0
             tally[HIGHEST] = -np.inf
-            tally_kernel(own, numbers[cell], made, len(made), tally, impulses[event:], S, point)
-            if status[cell] != contract.ENOUGH and tally[STILL_OPEN] != 0.0:
-                impulses[event + int(tally[CONTACTS]) - 1] = np.nan
+            tally_kernel(own, numbers[cell], None, None, made, len(made), tally, impulses[event:], S, point)
+            end_tally(status[cell], tally, impulses[event:])
             highest[cell] = tally[HIGHEST]
         gentlest[cell] = repeat_kernel(
             own, bends, first[cell], table, numbers[cell], turns[cell], start, made, last[cell],

@@ -8,24 +8,27 @@ with material damping  there the force also ends where 1 + η·w does: the small
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
+from wheeltapper.march.dense import prepare_step
 from wheeltapper.march.ensemble import Cells
-from wheeltapper.march.events import is_free
+from wheeltapper.march.events import is_contact_phase, is_free
 from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import CLEAR, COUNT, EVENTS, FLIGHT_ORDER, TREND, U, W
-from wheeltapper.march.program import LENGTH, PHASE, PIECE, SHIFT, TIME, FloatArray
+from wheeltapper.march.program import LENGTH, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, first_root
-from wheeltapper.march.series import localise
-from wheeltapper.march.single import march_kernel, start_kernel
-from wheeltapper.march.step import repeat_step
-from wheeltapper.march.steps.written import scratch_of_cells
+from wheeltapper.march.single import march, march_kernel, start_kernel
+from wheeltapper.march.steps.written import scratch_for, scratch_of_cells
 
 MARGIN_BLOCK = 64
+NO_MARGIN = 1e-9
+"""Margin (scaled) that is none. Where a path has a corner and a wheel just touches there, a march may stall; it then
+has found where contact begins to be lost."""
 
 
 @uncounted_kernel
@@ -39,22 +42,18 @@ def _smallest_value(row: int, order: int, length: float, S: FloatArray) -> float
 
 
 @uncounted_kernel
-def _contact_margin(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
-    """Return the margin of a contact step."""
+def _contact_margin(numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
+    """Return the margin of a contact step whose series are in S."""
     order = int(numbers[contract.ORDER])
-    localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
-    repeat_step(pieces, numbers, None, step, S)
     u = max(_smallest_value(U, order, step[LENGTH], S), 0.0)
     eta = numbers[contract.HYSTERESIS]
     return u * u if eta == 0.0 else min(u * u, 1.0 + eta * _smallest_value(W, order, step[LENGTH], S))
 
 
 @uncounted_kernel
-def _flight_margin(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
-    """Return the margin of a step without contact force, a negative number."""
+def _flight_margin(numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
+    """Return the margin of a step without contact force whose series are in S, a negative number."""
     order = int(FLIGHT_ORDER)
-    localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
-    repeat_step(pieces, numbers, None, step, S)
     lowest = _smallest_value(CLEAR, order, step[LENGTH], S)
     eta = numbers[contract.HYSTERESIS]
     if eta == 0.0:
@@ -66,6 +65,38 @@ def _flight_margin(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S:
 
 @uncounted_kernel
 def margin_kernel(
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, why: int,
+    steps: FloatArray, events: FloatArray, losses: int, S: FloatArray,
+) -> float:  # fmt: skip
+    """Return the margin of a march that stopped for the reason `why`; NaN where it broke off.
+
+    One static indentation where nothing is there to be lost: no impact has come before that loss.
+    """
+    since, lost, found = 0.0, np.inf, 0
+    for i in range(len(events)):
+        if events[i, contract.EVENT_KIND] == contract.LOSS:
+            found += 1
+            if found == losses:
+                lost = events[i, contract.EVENT_TIME]
+        elif events[i, contract.EVENT_KIND] == contract.IMPACT and found == losses - 1:
+            since = events[i, contract.EVENT_TIME]
+    margin = np.inf
+    for i in range(len(steps)):
+        step = steps[i]
+        if found < losses and is_contact_phase(step[PHASE]) and step[TIME] > since:
+            prepare_step(pieces, numbers, law, damper, step, S)
+            margin = min(margin, _contact_margin(numbers, step, S))
+        elif found >= losses and is_free(step[PHASE]) and step[TIME] >= lost:
+            prepare_step(pieces, numbers, law, damper, step, S)
+            margin = min(margin, _flight_margin(numbers, step, S))
+    ended = why == contract.DONE or why == contract.ENOUGH
+    if margin == np.inf and ended:
+        return 1.0
+    return margin if ended or abs(margin) < NO_MARGIN else np.nan
+
+
+@uncounted_kernel
+def margins_kernel(
     cells: Cells, cell: int, losses: int, margins: FloatArray, steps: FloatArray, events: FloatArray,
     peaks: FloatArray, S: FloatArray,
 ) -> int:  # fmt: skip
@@ -77,24 +108,8 @@ def margin_kernel(
         why = march_kernel(table, numbers, None, None, steps, events, peaks, None, S)
         if why == contract.FULL:
             return cell
-        rows = int(S[COUNT])
-        since = 0.0
-        lost = np.inf
-        found = 0
-        for i in range(int(S[COUNT + EVENTS])):
-            if events[i, contract.EVENT_KIND] == contract.LOSS:
-                found += 1
-                if found == losses:
-                    lost = events[i, contract.EVENT_TIME]
-            elif found == losses - 1:
-                since = events[i, contract.EVENT_TIME]
-        margin = np.inf
-        for i in range(rows):
-            if found < losses and steps[i, PHASE] == contract.CONTACT and steps[i, TIME] > since:
-                margin = min(margin, _contact_margin(table, numbers, steps[i], S))
-            elif found >= losses and is_free(steps[i, PHASE]) and steps[i, TIME] >= lost:
-                margin = min(margin, _flight_margin(table, numbers, steps[i], S))
-        margins[cell] = margin if np.isfinite(margin) else np.nan
+        made, met = steps[: int(S[COUNT])], events[: int(S[COUNT + EVENTS])]
+        margins[cell] = margin_kernel(table, numbers, None, None, why, made, met, losses, S)
         cell += 1
     return cell
 
@@ -105,16 +120,29 @@ def _arguments(cells: Cells, cell: int, losses: int, margins: FloatArray, rows: 
     return (cells, cell, losses, margins, *tables, scratch_of_cells(cells.numbers, cells.pieces))
 
 
-def margins_of(cells: Cells, losses: int, threads: int) -> FloatArray:
-    """Return the margin of each cell from its `losses`-th loss of contact, in scaled units; negative beyond it."""
-    total = len(cells.first)
+def _margin_of(program: contract.Program, losses: int) -> float:
+    """Return the margin of a program."""
+    found = march(program)
+    made = found.pieces, program.numbers, *program.law_and_damper, found.status, found.steps, found.events
+    return margin_kernel(*made, losses, scratch_for(program))
+
+
+def margins_of(cells: Cells | Sequence[contract.Program], losses: int, threads: int) -> FloatArray:
+    """Return how far each cell is from its `losses`-th loss of contact, in scaled units; negative beyond it.
+
+    NaN where a march broke off.
+    """
+    total = len(cells.first) if isinstance(cells, Cells) else len(cells)
     margins = np.empty(total)
 
     def march_and_read(block: slice) -> None:
+        if not isinstance(cells, Cells):
+            margins[block] = [_margin_of(program, losses) for program in cells[block]]
+            return
         part = cells.part(block)
         cell, rows = 0, 2048
         while cell < len(part.first):
-            cell = margin_kernel(*_arguments(part, cell, losses, margins[block], rows))
+            cell = margins_kernel(*_arguments(part, cell, losses, margins[block], rows))
             rows *= 2
 
     in_blocks(total, MARGIN_BLOCK, threads, march_and_read)

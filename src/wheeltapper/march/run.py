@@ -135,25 +135,16 @@ ROW = Marcher("the march of wheelsets in a row", frozenset({DECK, DECK_ENDS, IRR
 """The wagon's march, where wheelsets that share a deck are made a wagon: it knows a bush, but no play."""
 
 
-def _as_simulated(*lacks: Need) -> tuple[Marcher, ...]:
-    """Return the general march where it also simulates, but for what it lacks, as marchers.
-
-    A wheelset whose damper has an end is simulated by a march of its own, but on rails; so its cells are runs there.
-    """
-    covers = GENERAL.covers - {*lacks}
-    alone = Marcher(GENERAL.name, covers - {DAMPER_END, DAMPER_PLAY})
-    return alone, Marcher(GENERAL.name, covers, frozenset({FLEXIBLE_TRACK}))
-
-
-MAPPED = _as_simulated()
-PARTING = _as_simulated(BILATERAL)
+PARTING = Marcher(GENERAL.name, GENERAL.covers - {BILATERAL})
 """The general march of contacts that can be lost."""
 UNDAMPED_WAGONS = tuple(
     Marcher(one.name, one.covers - {HYSTERESIS, BILATERAL}, one.requires) for one in (WAGON, WAGON_ON_RAILS)
 )
 """The wagon's marches of contacts that lose their force where they part, and only there."""
-TURNED = _as_simulated(ANOMALY, VOID, DAMPER_PLAY, DECK_ENDS, *KINKS)
-"""The general march of contacts that all go along the track, on the same bodies."""
+_TURNED = GENERAL.covers - {ANOMALY, VOID, DAMPER_PLAY, DECK_ENDS, *KINKS}
+TURNED = Marcher(GENERAL.name, _TURNED - {DAMPER_END}), Marcher(GENERAL.name, _TURNED, frozenset({FLEXIBLE_TRACK}))
+"""The general march of contacts that all go along the track, on the same bodies, where it also simulates: the end of a
+damper that is not on rails is another march's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,11 +201,11 @@ TRACK = Question(
 )
 COMFORT = Question("comfort", "ride comfort", (WAGON, WAGON_ON_RAILS))
 GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON, WAGON_ON_RAILS))
-SWEEP = Question("sweep", "features over many cells", (WHEEL, *MAPPED, WAGON, WAGON_ON_RAILS))
+SWEEP = Question("sweep", "features over many cells", (*WHEELS, GENERAL, WAGON, WAGON_ON_RAILS))
 GRADIENT = Question(
     "gradient", "derivatives of features", (WHEEL, *TURNED, WAGON, WAGON_ON_RAILS), frozenset({YIELDING})
 )
-BORDER = Question("border", "where contact begins to be lost", (WHEEL, *PARTING, *UNDAMPED_WAGONS))
+BORDER = Question("border", "where contact begins to be lost", (*WHEELS, PARTING, *UNDAMPED_WAGONS))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
 TRAJECTORY = Question("trajectory", "these with exact derivatives", (WHEEL,), others=("simulate", "motion_at"))
 DIAGNOSE = Question("diagnose", "the faults that a site's recordings show", WHEELS, _SPOT, _SITE)
@@ -528,8 +519,9 @@ def slopes_on_rails(found: Marched, contact: int, places: FloatArray) -> FloatAr
 
 
 def march_cells(
-    cells: ensemble.Cells, threads: int, read: Callable[[slice, ensemble.Marched], None], tally: bool = False
-) -> None:
+    cells: ensemble.Cells | Sequence[Program], threads: int, read: Callable[[slice, ensemble.Marched], None],
+    tally: bool = False,
+) -> None:  # fmt: skip
     """March many cells, block by block, and hand each block to `read`; the threads do both."""
     from wheeltapper.march.ensemble import march_all
 
@@ -555,7 +547,7 @@ def sample_tangents(
     return sampled_tangents(program, turns, bends, table, times)
 
 
-def margins(cells: ensemble.Cells, losses: int, threads: int) -> FloatArray:
+def margins(cells: ensemble.Cells | Sequence[Program], losses: int, threads: int) -> FloatArray:
     """Return how far each cell is from its `losses`-th loss of contact, in scaled units; negative beyond it."""
     from wheeltapper.march.margin import margins_of
 

@@ -1,4 +1,4 @@
-"""Maps and borders of one wheel whose march knows no lanes: contacts that yield, and dampers with ends of their own."""
+"""Maps and borders of what marches cell by cell: contacts that yield, and dampers with ends of their own."""
 
 import numpy as np
 import pytest
@@ -63,8 +63,23 @@ def test_bisection_of_plain_runs_finds_the_same_border(name, many):
         assert sorted([kept >= many, lost >= many]) == [False, True]
 
 
-def test_the_margin_of_a_wheel_by_its_record_is_the_one_of_the_wheels_march():
-    """A bush so stiff that it is none: the border of the plain wheel, by other code."""
+UNFELT = {"vehicle.bumpstop_gap": 0.5, "vehicle.bumpstop_stiffness": 1e6}
+PAIR = {"vehicle": wt.vehicles.Wheelsets(wheelsets=(wt.Wheelset(**WHEEL), wt.Wheelset(**WHEEL)), positions=(0.0, -9.0))}
+
+
+@pytest.mark.parametrize(("name", "beside"), [("a yield", PAIR), ("play", UNFELT), ("a bush, damped", UNFELT)])
+def test_a_map_is_that_of_the_general_march(name, beside):
+    """A bumpstop that is never touched, or a wheelset far behind, makes it the map of another program."""
+    scene = DIP.replaced(CASES[name] | {"duration": 0.05})
+    over = {"speed": [11.0, 12.0, 13.0], HEIGHT: [-1.5e-4, -9e-5]}
+    features = ["largest_force", "time_in_air", "impulse", "largest_displacement", "number_of_impacts"]
+    own, general = (wt.sweep(one, over, features, method="strict") for one in (scene, scene.replaced(beside)))
+    for feature in features:
+        other = general[feature].isel(wheelset=0) if beside is PAIR else general[feature]
+        np.testing.assert_allclose(own[feature], other, rtol=1e-9, atol=1e-12)
+
+
+def test_a_bush_so_stiff_that_it_is_none_has_the_border_of_the_plain_wheel():
     over = {HEIGHT: [-4e-4, -2e-5], "speed": [11.0, 13.0]}
     plain, bushed = (
         wt.border(scene, over, resolution=2) for scene in (DIP, DIP.replaced({"vehicle.bush_stiffness": 3.9e10}))
