@@ -138,6 +138,8 @@ def first_root(
     steepest = 0.0
     for k in range(n, 1, -1):
         steepest = (steepest + k * abs(S[at + k])) * hi
+    if lo == 0.0 and abs(S[at]) > (steepest + abs(S[at + 1])) * hi:
+        return NONE, False  # it does not come as far as zero
     if abs(S[at + 1]) > steepest and abs(S[at + 1]) * (hi - lo) > NOISE:
         start = evaluate(S, at, n, lo)
         end = evaluate(S, at, n, hi)

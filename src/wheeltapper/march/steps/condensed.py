@@ -2,7 +2,7 @@
 
 Numba finds types for each operation, and writes code for it: in a function of some thousand sums and products that is
 nearly all of the time that its compilation takes. All values are floats there. So a run of assignments that only add,
-subtract and multiply, of what has a name or stands at a fixed place of a flat array, becomes one call, whose code is
+subtract and multiply, of what has a name or stands at a fixed place of an array, becomes one call, whose code is
 written here in one go.
 """
 
@@ -19,11 +19,13 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
+from wheeltapper.march.lane_rows import LANES
+
 FEWEST = 12
 """Assignments that are worth a call."""
 _OPERATIONS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul"}
-ARRAYS = ("L", "S")
-"""Flat arrays of floats."""
+ARRAYS = {"L": 1, "S": 1, "D": LANES, "turns": LANES, "carried": LANES}
+"""Arrays of floats, and how many stand in a row: one, or one for each direction."""
 LANE = "i"
 """The only name that may stand in a place of an array beside constants: the lane."""
 
@@ -47,11 +49,13 @@ class _Reader:
         """Return the place that a subscript means, if it is a fixed one."""
         if not (isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id in ARRAYS):
             return None
-        entry, lanes, rest = 0, 0, [node.slice]
+        inside, width = node.slice, ARRAYS[node.value.id]
+        parts = inside.elts if isinstance(inside, ast.Tuple) else [inside]
+        entry, lanes, rest = 0, 0, list(parts)
         while rest:
             part = rest.pop()
             if isinstance(part, ast.BinOp) and isinstance(part.op, ast.Add):
-                rest += [part.left, part.right]
+                rest += [part.left, part.right]  # beside the lane all counts rows
             elif isinstance(part, ast.Name) and part.id == LANE:
                 lanes += 1
             elif isinstance(part, ast.Name) and part.id in self.known:
@@ -60,7 +64,7 @@ class _Reader:
                 entry += part.value
             else:
                 return None
-        return _Place(node.value.id, entry, lanes == 1) if lanes <= 1 else None
+        return _Place(node.value.id, width * entry, lanes == 1) if lanes <= 1 else None
 
     def fits(self, node: ast.expr) -> bool:
         """Return True for what only adds, subtracts and multiplies."""

@@ -69,9 +69,9 @@ def sincos(turns: str) -> list[str]:
     sine = [repr((-1) ** k / factorial(2 * k + 1)) for k in range(8)]
     cosine = [repr((-1) ** k / factorial(2 * k)) for k in range(9)]
     return [
-        f"turns = {turns}",
-        "quarter = np.rint(4.0 * turns)",
-        "angle = (turns - 0.25 * quarter) * 6.283185307179586",
+        f"turn = {turns}",
+        "quarter = np.rint(4.0 * turn)",
+        "angle = (turn - 0.25 * quarter) * 6.283185307179586",
         "angle2 = angle * angle",
         f"sa = angle * {horner(sine, 'angle2')}",
         f"ca = {horner(cosine, 'angle2')}",
