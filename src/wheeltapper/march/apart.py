@@ -8,7 +8,7 @@ from wheeltapper.march import lane_rows as at
 from wheeltapper.march import layout
 from wheeltapper.march import pool as cells
 from wheeltapper.march import program as contract
-from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, is_free, wheel_motion
+from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, elastic_force, is_free, wheel_motion
 from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE
 from wheeltapper.march.program import CONTACT, FLIGHT, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
@@ -40,8 +40,8 @@ def force_at(
     if pieces[piece, contract.FACTOR_DEGREE] >= 0.0:
         x = rows[cell, local + at.CELL_PACE] * time - rows[cell, local + at.CELL_ORIGIN]
         factor, _ = polynomial_at(pieces, piece, contract.FACTOR, contract.FACTOR_DEGREE, x)
-    law = u * u * (rows[cell, local + at.CELL_QUADRATIC] + rows[cell, local + at.CELL_CUBIC] * u)
-    return max(factor * law * (1.0 + rows[cell, local + at.CELL_ETA] * w), 0.0)
+    quadratic, cubic = rows[cell, local + at.CELL_QUADRATIC], rows[cell, local + at.CELL_CUBIC]
+    return elastic_force(factor, quadratic, cubic, rows[cell, local + at.CELL_ETA], u, w)
 
 
 @uncounted_kernel

@@ -19,16 +19,16 @@ from wheeltapper.march.events import is_contact_phase
 from wheeltapper.march.held_end import held_coefficients
 from wheeltapper.march.kernel import kernel, uncounted_kernel
 from wheeltapper.march.layout import BUSH, FLIGHT_ORDER, N, T, U, W, Y, Z
-from wheeltapper.march.program import LENGTH, ON_DECK, PHASE, TIME, FloatArray
+from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.step import repeat_step, time_to
 
 # Columns of the dense output.
 (
-    OUT_WHEEL_Y, OUT_WHEEL_V, OUT_WHEEL_A, OUT_FORCE, OUT_DELTA, OUT_DELTA_V, OUT_PATH_Y, OUT_PATH_V, OUT_DECK_Y,
-    OUT_DECK_V, OUT_DECK_A, OUT_RESIDUAL,
-) = range(12)  # fmt: skip
-OUT_COLUMNS = 12
+    OUT_WHEEL_Y, OUT_WHEEL_V, OUT_WHEEL_A, OUT_FORCE, OUT_DELTA, OUT_DELTA_V, OUT_PATH_Y, OUT_PATH_V, OUT_PATH_A,
+    OUT_DECK_Y, OUT_DECK_V, OUT_DECK_A, OUT_RESIDUAL,
+) = range(13)  # fmt: skip
+OUT_COLUMNS = 13
 # Columns that follow where the damper has an end of its own: its displacement, and the damper's force on the wheel.
 OUT_END_Y, OUT_DAMPER_FORCE = range(OUT_COLUMNS, OUT_COLUMNS + 2)
 ENDED_OUT_COLUMNS = OUT_COLUMNS + 2
@@ -51,24 +51,20 @@ def prepare_step(
 
 
 @uncounted_kernel
-def fill_row(
-    numbers: FloatArray, damper: FloatArray | None, step: FloatArray, x: float, S: FloatArray, out: FloatArray
-) -> float:  # fmt: skip
-    """Write all quantities at x of the prepared step's own variable; return the time after the step's start."""
+def fill_motion(
+    numbers: FloatArray, step: FloatArray, after: float, first: float, second: float, deck_y: float, deck_v: float,
+    S: FloatArray, out: FloatArray,
+) -> None:  # fmt: skip
+    """Write all quantities of a motion `after` the start of the step whose piece of the path is in S.
+
+    `first` and `second` are u and w in contact, else displacement and velocity of the wheel.
+    """
     on_deck = step[ON_DECK] != 0.0
-    contact = is_contact_phase(step[PHASE])
-    deck = numbers[contract.DECK_MASS] > 0.0
-    order = int(numbers[contract.ORDER]) if contact else FLIGHT_ORDER
-    after = evaluate(S, T, order, x) if contact else x
-    first = evaluate(S, U, order, x)
-    second = evaluate(S, W, order, x)
-    deck_y = evaluate(S, Y, order, x) if deck else 0.0
-    deck_v = evaluate(S, Z, order, x) if deck else 0.0
-    height, velocity, _ = series.path_at(after, S)
+    height, velocity, bend = series.path_at(after, S)
     lift = deck_y if on_deck else 0.0
     lift_v = deck_v if on_deck else 0.0
     force = 0.0
-    if contact:
+    if is_contact_phase(step[PHASE]):
         delta = first * first
         rate = second
         force = contact_force(numbers, after, first, second, S)
@@ -90,10 +86,32 @@ def fill_row(
     out[OUT_DELTA_V] = rate
     out[OUT_PATH_Y] = height
     out[OUT_PATH_V] = velocity
+    out[OUT_PATH_A] = bend
     out[OUT_DECK_Y] = deck_y
     out[OUT_DECK_V] = deck_v
     out[OUT_RESIDUAL] = series.residual_at(after, S)
     out[OUT_DECK_A] = series.deck_acceleration(numbers, deck_y, deck_v, on_deck, force)
+
+
+@uncounted_kernel
+def fill_start(numbers: FloatArray, state: FloatArray, S: FloatArray, out: FloatArray) -> None:
+    """Write all quantities of a state whose piece of the path is in S."""
+    fill_motion(numbers, state, 0.0, state[A], state[B], state[DECK_Y], state[DECK_V], S, out)
+
+
+@uncounted_kernel
+def fill_row(
+    numbers: FloatArray, damper: FloatArray | None, step: FloatArray, x: float, S: FloatArray, out: FloatArray
+) -> float:  # fmt: skip
+    """Write all quantities at x of the prepared step's own variable; return the time after the step's start."""
+    contact = is_contact_phase(step[PHASE])
+    deck = numbers[contract.DECK_MASS] > 0.0
+    order = int(numbers[contract.ORDER]) if contact else FLIGHT_ORDER
+    after = evaluate(S, T, order, x) if contact else x
+    deck_y = evaluate(S, Y, order, x) if deck else 0.0
+    deck_v = evaluate(S, Z, order, x) if deck else 0.0
+    first, second = evaluate(S, U, order, x), evaluate(S, W, order, x)
+    fill_motion(numbers, step, after, first, second, deck_y, deck_v, S, out)
     if damper is not None:
         _fill_end(damper, step, order, x, S, out)
     return after

@@ -61,14 +61,20 @@ def wheel_motion(pieces: FloatArray, numbers: FloatArray, state: FloatArray, S: 
     return height - state[A] * state[A], velocity - state[B]
 
 
+@inlined_uncounted_kernel
+def elastic_force(factor: float, quadratic: float, cubic: float, eta: float, u: float, w: float) -> float:
+    """Return the force of an elastic contact at indentation u² and rate w; it never pulls."""
+    return max(factor * u * u * (quadratic + cubic * u) * (1.0 + eta * w), 0.0)
+
+
 @uncounted_kernel
 def force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) -> float:
     """Return the contact force at indentation u² and rate w, by the law that holds."""
     if S[layout.HERE_LAW_TERMS] != 0.0:
         return max(law_at(u * u + residual_at(after, S), S), 0.0)
     factor, _ = factor_at(after, S)
-    elastic = factor * u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
-    return max(elastic * (1.0 + numbers[contract.HYSTERESIS] * w), 0.0)
+    quadratic, cubic, eta = numbers[contract.QUADRATIC], numbers[contract.CUBIC], numbers[contract.HYSTERESIS]
+    return elastic_force(factor, quadratic, cubic, eta, u, w)
 
 
 @uncounted_kernel

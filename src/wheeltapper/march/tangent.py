@@ -16,8 +16,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from wheeltapper.march import layout, tangent_events, tangent_path
+from wheeltapper.march import layout, tangent_events, tangent_path, tangent_samples
 from wheeltapper.march import program as contract
+from wheeltapper.march.dense import OUT_COLUMNS, OUT_FORCE, fill_motion
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import inlined_uncounted_kernel, kernel, uncounted_kernel
 from wheeltapper.march.layout import N, T, U, W, Y, Z
@@ -27,12 +28,11 @@ from wheeltapper.march.series import localise
 from wheeltapper.march.step import repeat_step
 from wheeltapper.march.steps.calling import call_turned
 from wheeltapper.march.steps.variants import FLIES, OF_LOSSY, OF_YIELDING, free_variant_of, is_lossy, variant_of
-from wheeltapper.march.tangent_events import AFTER, FIRST, FOURTH, PUSH, SECOND, THIRD
+from wheeltapper.march.tangent_events import AFTER, FIRST, FOURTH, SECOND, THIRD
 from wheeltapper.march.tangent_lanes import LINK_ROWS, Links, follow_link, link_steps
 from wheeltapper.march.tangent_path import DA, DB, DBREAK, DT, DY, DZ, LANES
 from wheeltapper.march.tangent_peaks import is_inside, peaks_inside
-from wheeltapper.march.tangent_samples import sample_tangents
-from wheeltapper.march.tangent_tally import add_impulse, highest_tangent
+from wheeltapper.march.tangent_samples import sample_point, sample_tangents
 
 GRAZING = 1e-3
 """Distance of the motion from u = w = 0 (scaled) below which a derivative means nothing. The same limit holds for the
@@ -84,6 +84,18 @@ def _step_tangents(
     end[FOURTH] = evaluate(S, Z, order, x) if deck else 0.0
 
 
+@uncounted_kernel
+def _add_impulse(order: int, length: float, impulse: FloatArray, S: FloatArray, D: FloatArray) -> None:
+    """Add the derivatives, at fixed s, of a contact step's impulse ∫ N·u ds."""
+    power = 1.0
+    for n in range(order):
+        power *= length
+        for j in range(n + 1):
+            u, force = S[U + n - j], S[N + j]
+            for lane in range(LANES):
+                impulse[lane] += power / (n + 1) * (D[N + j, lane] * u + force * D[U + n - j, lane])
+
+
 @kernel
 def repeat_kernel(
     pieces: FloatArray, bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray,
@@ -96,7 +108,9 @@ def repeat_kernel(
     carried = np.zeros((tangent_path.CARRIED, LANES))
     before = np.zeros(tangent_events.JOINT)
     behind = np.zeros(tangent_events.JOINT)
-    here = np.zeros(PUSH + 1)
+    here = np.zeros(OUT_COLUMNS)
+    there = np.zeros(OUT_COLUMNS)
+    point = np.zeros((tangent_samples.QUANTITIES, tangent_samples.SAMPLED))
     end = np.zeros(5)
     event = 0
     peak = 0
@@ -169,7 +183,7 @@ def repeat_kernel(
             gentlest = min(gentlest, max(step[A], abs(step[B])))
         restarted = contact and not begun
         if leapt >= 0:
-            tangent_events.leapt_force(numbers, turns, step, carried, S, D, of_peaks[leapt])
+            tangent_events.leapt_force(numbers, turns, step, carried, S, D, of_peaks[leapt], here)
             leapt = -1
         begun = contact
         if tallied is not None:
@@ -197,19 +211,21 @@ def repeat_kernel(
                 near = tangent_events.closest_approach(step, int(numbers[contract.ORDER]), end[FIRST], end[SECOND], S)
                 gentlest = min(gentlest, near)
             peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
-        sample = sample_tangents(
-            numbers, step, after[TIME] if i + 1 < len(steps) else np.inf, sample, times, samples, S, D
-        )
+        until = after[TIME] if i + 1 < len(steps) else np.inf
+        sample = sample_tangents(numbers, turns, step, until, sample, times, samples, here, S, D)
         if tallied is not None:
             if opened and contact:
                 if restarted:  # the part before a moving breakpoint was counted up to it, with the force there
                     of_impulses[contacts - 1] -= S[N] * carried[DBREAK]
-                add_impulse(int(numbers[contract.ORDER]), step[LENGTH], of_impulses[contacts - 1], S, D)
+                _add_impulse(int(numbers[contract.ORDER]), step[LENGTH], of_impulses[contacts - 1], S, D)
             if not highest and highest_time <= after[TIME]:
                 highest = True
-                velocity = highest_tangent(numbers, step, highest_time, of_highest, S, D)
-                if i + 1 == len(steps) and highest_time == after[TIME]:
-                    of_highest += velocity * turns[contract.END]
+                sample_point(numbers, turns, step, highest_time, point, here, S, D)
+                at_end = i + 1 == len(steps) and highest_time == after[TIME]
+                height = point[tangent_samples.SAMPLED_WHEEL_Y]
+                for lane in range(LANES):
+                    moved = turns[contract.END, lane] if at_end else 0.0
+                    of_highest[lane] = height[tangent_samples.FIRST_LANE + lane] + height[tangent_samples.RATE] * moved
         if abs(step[TIME] + end[AFTER] - after[TIME]) > 1e-9 * (1.0 + abs(after[TIME])):
             gentlest = 0.0  # the march left a grazing contact by a small leap, which has no tangent
             carried[:] = np.nan
@@ -223,18 +239,18 @@ def repeat_kernel(
         ):
             continue
         begun = False
-        tangent_events.motion_at_end(numbers, step, end, S, here)
+        fill_motion(numbers, step, end[AFTER], end[FIRST], end[SECOND], end[THIRD], end[FOURTH], S, here)
         tangent_events.break_moves(bends, base, table, numbers, turns, step, after, carried)
         if contact:
             tangent_events.leave_contact(here, end, on_deck, carried, S, D)
             if tallied is not None and opened:
-                of_impulses[contacts - 1] += here[PUSH] * (carried[DBREAK] - carried[DT])
+                of_impulses[contacts - 1] += here[OUT_FORCE] * (carried[DBREAK] - carried[DT])
         while peak < len(peaks) and peaks[peak, contract.PEAK_TIME] <= after[TIME]:
             for lane in range(LANES):  # a maximum at a breakpoint: its force along the moving breakpoint
                 of_peaks[peak, tangent_path.OF_TIME, lane] = carried[DBREAK, lane]
                 size = tangent_events.corner_force(numbers, turns, step, end, here, carried, lane, S, D)
                 of_peaks[peak, tangent_path.OF_SIZE, lane] = size
-            if (contact or is_free(step[PHASE])) and peaks[peak, contract.PEAK_FORCE] > here[PUSH] * (1.0 + 1e-9):
+            if (contact or is_free(step[PHASE])) and peaks[peak, contract.PEAK_FORCE] > here[OUT_FORCE] * (1.0 + 1e-9):
                 leapt = peak
             peak += 1
         for lane in range(LANES):
@@ -270,7 +286,7 @@ def repeat_kernel(
             continue
         level = False
         if not landed and i + 1 < len(steps):
-            tangent_events.force_jump(pieces, numbers, after, here, carried, S)
+            tangent_events.force_jump(pieces, numbers, after, here, carried, S, there)
     return gentlest
 
 

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from wheeltapper.march import dense, tangent_path
 from wheeltapper.march import program as contract
-from wheeltapper.march import tangent_path
+from wheeltapper.march.events import elastic_force
 from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import U, W
-from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
+from wheeltapper.march.program import LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, first_root
-from wheeltapper.march.series import deck_acceleration, factor_at, localise, path_at
+from wheeltapper.march.series import deck_acceleration, factor_at, localise
 from wheeltapper.march.tangent_path import DA, DB, DBREAK, DSHIFT, DT, DU, DW, DY, DZ, LANES, factor_tangent
 
 # The motion at a step's end, in its own variables.
 AFTER, FIRST, SECOND, THIRD, FOURTH = range(5)
-# The same as displacements, velocities and accelerations, and the contact force.
-(
-    PATH_HEIGHT, PATH_VELOCITY, PATH_BEND, WHEEL_HEIGHT, WHEEL_VELOCITY, WHEEL_BEND, DECK_HEIGHT, DECK_VELOCITY,
-    DECK_BEND, PUSH,
-) = range(10)  # fmt: skip
-
 # The path on one of the pieces that meet at a joint.
 (
     JOINT_AWAY, JOINT_X, JOINT_Y, JOINT_SLOPE, JOINT_BEND, JOINT_SINE, JOINT_COSINE, JOINT_PUSH,
@@ -29,34 +24,39 @@ JOINT = 8
 
 
 @uncounted_kernel
-def motion_at_end(numbers: FloatArray, step: FloatArray, end: FloatArray, S: FloatArray, here: FloatArray) -> None:
-    """Write the motion at the end of a step, localised in S, from PATH_HEIGHT to PUSH."""
-    on_deck = step[ON_DECK] != 0.0
-    height, velocity, bend = path_at(end[AFTER], S)
-    factor, _ = factor_at(end[AFTER], S)
-    lift = end[THIRD] if on_deck else 0.0
-    lift_rate = end[FOURTH] if on_deck else 0.0
-    y = end[FIRST]
-    v = end[SECOND]
-    force = 0.0
-    if step[PHASE] == contract.CONTACT:
-        u = end[FIRST]
-        y = height + lift - u * u
-        v = velocity + lift_rate - end[SECOND]
-        law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
-        force = max(factor * law * (1.0 + numbers[contract.HYSTERESIS] * end[SECOND]), 0.0)
-    elif step[PHASE] == contract.BONDED:
-        force = factor * (height + lift - y)
-    here[PATH_HEIGHT] = height
-    here[PATH_VELOCITY] = velocity
-    here[PATH_BEND] = bend
-    here[WHEEL_HEIGHT] = y
-    here[WHEEL_VELOCITY] = v
-    here[WHEEL_BEND] = -1.0 - numbers[contract.STIFFNESS] * y - numbers[contract.DAMPING] * v + force
-    here[DECK_HEIGHT] = end[THIRD]
-    here[DECK_VELOCITY] = end[FOURTH]
-    here[DECK_BEND] = deck_acceleration(numbers, end[THIRD], end[FOURTH], on_deck, force)
-    here[PUSH] = force
+def parting(here: FloatArray, on_deck: bool) -> float:
+    """Return the second derivative of the indentation of a motion by the time."""
+    return float(here[dense.OUT_PATH_A] - here[dense.OUT_WHEEL_A] + (here[dense.OUT_DECK_A] if on_deck else 0.0))
+
+
+@uncounted_kernel
+def force_tangent(
+    numbers: FloatArray, turns: FloatArray, lane: int, after: float, u: float, w: float, bend: float, d_u: float,
+    d_w: float, d_t: float, moved: float, S: FloatArray, D: FloatArray,
+) -> float:  # fmt: skip
+    """Return the derivative of an elastic contact's force at a time that itself moves.
+
+    Parameters
+    ----------
+    numbers, turns, lane
+        The numbers of the program, their derivatives, and the direction.
+    after
+        The time after the start of the step whose piece of the path is in S and D.
+    u, w, bend
+        The motion, and the rate of w in time.
+    d_u, d_w, d_t
+        Derivatives of u, w and the time at fixed s.
+    moved
+        Derivative of the time at which the force is asked for; zero: it is fixed.
+    """
+    factor, rate = factor_at(after, S)
+    eta, delay = numbers[contract.HYSTERESIS], moved - d_t
+    law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
+    stiff = 2.0 * numbers[contract.QUADRATIC] + 3.0 * numbers[contract.CUBIC] * u
+    # u·du is half the change of the indentation, so that u = 0 needs no division.
+    change = factor * stiff * (u * d_u + 0.5 * w * delay) * (1.0 + eta * w)
+    change += factor * law * (eta * (d_w + bend * delay) + turns[contract.HYSTERESIS, lane] * w)
+    return float(change + (factor_tangent(after, lane, S, D) + rate * moved) * law * (1.0 + eta * w))
 
 
 @uncounted_kernel
@@ -81,8 +81,8 @@ def land_tangents(
     here: FloatArray, carried: FloatArray, on_deck: bool, after: float, S: FloatArray, D: FloatArray
 ) -> None:
     """Turn tangents at fixed time, before a landing, into those along it; `here` is the motion there."""
-    rate = here[PATH_VELOCITY] - here[WHEEL_VELOCITY] + (here[DECK_VELOCITY] if on_deck else 0.0)
-    bend = here[PATH_BEND] - here[WHEEL_BEND] + (here[DECK_BEND] if on_deck else 0.0)
+    rate = here[dense.OUT_PATH_V] - here[dense.OUT_WHEEL_V] + (here[dense.OUT_DECK_V] if on_deck else 0.0)
+    bend = parting(here, on_deck)
     for lane in range(LANES):
         height, velocity = tangent_path.path_tangent(after, lane, S, D)
         gap = height - carried[DA, lane] + (carried[DY, lane] if on_deck else 0.0)
@@ -91,8 +91,8 @@ def land_tangents(
         carried[DT, lane] = delay
         carried[DA, lane] = 0.0
         carried[DB, lane] = sway + bend * delay
-        carried[DY, lane] += here[DECK_VELOCITY] * delay
-        carried[DZ, lane] += here[DECK_BEND] * delay
+        carried[DY, lane] += here[dense.OUT_DECK_V] * delay
+        carried[DZ, lane] += here[dense.OUT_DECK_A] * delay
 
 
 @uncounted_kernel
@@ -105,7 +105,7 @@ def force_turns_on_or_off(
     There the rate is -1/η. `carried` are tangents at fixed time, `here` is the motion. Return how fast the rate
     passes that value.
     """
-    bend = here[PATH_BEND] - here[WHEEL_BEND] + (here[DECK_BEND] if on_deck else 0.0)
+    bend = parting(here, on_deck)
     for lane in range(LANES):
         _, velocity = tangent_path.path_tangent(after, lane, S, D)
         sway = velocity - carried[DB, lane] + (carried[DZ, lane] if on_deck else 0.0)
@@ -135,17 +135,17 @@ def leave_contact(
     for lane in range(LANES):
         dt = carried[DT, lane]
         height, velocity = tangent_path.path_tangent(end[AFTER], lane, S, D)
-        y = height + here[PATH_VELOCITY] * dt - 2.0 * end[FIRST] * carried[DA, lane]
-        v = velocity + here[PATH_BEND] * dt - carried[DB, lane]
+        y = height + here[dense.OUT_PATH_V] * dt - 2.0 * end[FIRST] * carried[DA, lane]
+        v = velocity + here[dense.OUT_PATH_A] * dt - carried[DB, lane]
         if on_deck:
             y += carried[DY, lane]
             v += carried[DZ, lane]
         carried[DU, lane] = carried[DA, lane]
         carried[DW, lane] = carried[DB, lane]
-        carried[DA, lane] = y - here[WHEEL_VELOCITY] * dt
-        carried[DB, lane] = v - here[WHEEL_BEND] * dt
-        carried[DY, lane] -= here[DECK_VELOCITY] * dt
-        carried[DZ, lane] -= here[DECK_BEND] * dt
+        carried[DA, lane] = y - here[dense.OUT_WHEEL_V] * dt
+        carried[DB, lane] = v - here[dense.OUT_WHEEL_A] * dt
+        carried[DY, lane] -= here[dense.OUT_DECK_V] * dt
+        carried[DZ, lane] -= here[dense.OUT_DECK_A] * dt
 
 
 @uncounted_kernel
@@ -182,75 +182,50 @@ def corner_force(
     """Return the derivative of the force at a breakpoint, along its motion; NaN where no contact was before it."""
     if step[PHASE] != contract.CONTACT:
         return np.nan
-    after, u, w = end[AFTER], end[FIRST], end[SECOND]
-    factor, rate = factor_at(after, S)
-    eta = numbers[contract.HYSTERESIS]
-    law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
-    stiff = 2.0 * numbers[contract.QUADRATIC] + 3.0 * numbers[contract.CUBIC] * u
-    dt = carried[DBREAK, lane] - carried[DT, lane]
-    bend = here[PATH_BEND] - here[WHEEL_BEND] + (here[DECK_BEND] if step[ON_DECK] != 0.0 else 0.0)
-    # From fixed s along the breakpoint: u·du is half the change of the indentation, so that u = 0 needs no division.
-    half = u * carried[DU, lane] + 0.5 * w * dt
-    change = factor * stiff * half * (1.0 + eta * w)
-    change += factor * law * (eta * (carried[DW, lane] + bend * dt) + turns[contract.HYSTERESIS, lane] * w)
-    change += (factor_tangent(after, lane, S, D) + rate * carried[DBREAK, lane]) * law * (1.0 + eta * w)
-    return change
+    bend = parting(here, step[ON_DECK] != 0.0)
+    return force_tangent(
+        numbers, turns, lane, end[AFTER], end[FIRST], end[SECOND], bend, carried[DU, lane], carried[DW, lane],
+        carried[DT, lane], carried[DBREAK, lane], S, D,
+    )  # fmt: skip
 
 
 @uncounted_kernel
 def leapt_force(
     numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray,
-    of_peak: FloatArray,
+    of_peak: FloatArray, here: FloatArray,
 ) -> None:  # fmt: skip
-    """Write the derivative of a force that has jumped up at a breakpoint, along its motion, from the step behind it."""
-    u, w = step[A], step[B]
-    if step[PHASE] != contract.CONTACT or not u > 0.0:
+    """Write the derivative of a force that has jumped up at a breakpoint, along its motion, from the step behind it.
+
+    `here` is scratch memory for a motion.
+    """
+    if step[PHASE] != contract.CONTACT or not step[A] > 0.0:
         of_peak[tangent_path.OF_SIZE, :] = np.nan
         return
-    on_deck = step[ON_DECK] != 0.0
-    height, velocity, bend = path_at(0.0, S)
-    factor, rate = factor_at(0.0, S)
-    eta = numbers[contract.HYSTERESIS]
-    law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
-    stiff = 2.0 * numbers[contract.QUADRATIC] + 3.0 * numbers[contract.CUBIC] * u
-    grip = 1.0 + eta * w
-    y = height - u * u
-    v = velocity - w
-    if on_deck:
-        y += step[DECK_Y]
-        v += step[DECK_V]
-        pull = numbers[contract.PRESTRESS] - factor * law * grip
-        pull -= numbers[contract.DECK_STIFFNESS] * step[DECK_Y] + numbers[contract.DECK_DAMPING] * step[DECK_V]
-        bend += pull / numbers[contract.DECK_MASS]
-    bend += 1.0 + numbers[contract.STIFFNESS] * y + numbers[contract.DAMPING] * v - factor * law * grip
+    dense.fill_start(numbers, step, S, here)
+    bend = parting(here, step[ON_DECK] != 0.0)
     for lane in range(LANES):
-        dt = carried[DBREAK, lane]
-        change = factor * stiff * (u * carried[DA, lane] + 0.5 * w * dt) * grip
-        change += factor * law * (eta * (carried[DB, lane] + bend * dt) + turns[contract.HYSTERESIS, lane] * w)
-        of_peak[tangent_path.OF_SIZE, lane] = change + (factor_tangent(0.0, lane, S, D) + rate * dt) * law * grip
+        of_peak[tangent_path.OF_SIZE, lane] = force_tangent(
+            numbers, turns, lane, 0.0, step[A], step[B], bend, carried[DA, lane], carried[DB, lane], 0.0,
+            carried[DBREAK, lane], S, D,
+        )  # fmt: skip
 
 
 @uncounted_kernel
 def force_jump(
     pieces: FloatArray, numbers: FloatArray, after: FloatArray, here: FloatArray,
-    carried: FloatArray, S: FloatArray,
+    carried: FloatArray, S: FloatArray, there: FloatArray,
 ) -> None:  # fmt: skip
-    """Add the effect of a jump of the force at a breakpoint on the velocities at fixed time."""
+    """Add the effect of a jump of the force at a breakpoint on the velocities at fixed time.
+
+    `here` is the motion before it; `there` is scratch memory for the one behind it.
+    """
     localise(pieces, numbers, int(after[PIECE]), after[SHIFT], after[TIME], S)
-    factor, _ = factor_at(0.0, S)
-    on_deck = after[ON_DECK] != 0.0
-    force = 0.0
-    if after[PHASE] == contract.CONTACT:
-        law = after[A] * after[A] * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * after[A])
-        force = max(factor * law * (1.0 + numbers[contract.HYSTERESIS] * after[B]), 0.0)
-    elif after[PHASE] == contract.BONDED:
-        height, _, _ = path_at(0.0, S)
-        force = factor * (height + (after[DECK_Y] if on_deck else 0.0) - after[A])
-    pull = deck_acceleration(numbers, here[DECK_HEIGHT], here[DECK_VELOCITY], on_deck, force)
-    leap = here[PUSH] - force
+    dense.fill_start(numbers, after, S, there)
+    force, pull = there[dense.OUT_FORCE], there[dense.OUT_DECK_A]
+    leap = here[dense.OUT_FORCE] - force
     if abs(leap) <= 1e-11 * (1.0 + abs(force)):
         leap = 0.0
-    deck_leap = here[DECK_BEND] - pull
+    deck_leap = here[dense.OUT_DECK_A] - pull
     if abs(deck_leap) <= 1e-11 * (1.0 + abs(pull)):
         deck_leap = 0.0
     for lane in range(LANES):
@@ -276,7 +251,6 @@ def _fill_joint(
         factor = 0.0
         for k in range(int(row[contract.FACTOR_DEGREE]), -1, -1):
             factor = factor * x + row[contract.FACTOR + k]
-    law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
     here[JOINT_AWAY] = away
     here[JOINT_X] = x
     here[JOINT_Y] = y
@@ -287,7 +261,8 @@ def _fill_joint(
     if row[contract.WAVENUMBER] != 0.0:
         here[JOINT_SINE] = np.sin(row[contract.WAVENUMBER] * away)
         here[JOINT_COSINE] = np.cos(row[contract.WAVENUMBER] * away)
-    here[JOINT_PUSH] = max(factor * law * (1.0 + numbers[contract.HYSTERESIS] * w), 0.0)
+    quadratic, cubic, eta = numbers[contract.QUADRATIC], numbers[contract.CUBIC], numbers[contract.HYSTERESIS]
+    here[JOINT_PUSH] = elastic_force(factor, quadratic, cubic, eta, u, w)
 
 
 @uncounted_kernel

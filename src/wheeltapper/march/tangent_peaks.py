@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import uncounted_kernel
-from wheeltapper.march.layout import FLIGHT_ORDER, HERE_FACTOR_DEGREE, N, T, U, W
+from wheeltapper.march.layout import FLIGHT_ORDER, N, T, U
 from wheeltapper.march.program import CONTACT, LENGTH, PHASE, TIME, FloatArray
-from wheeltapper.march.roots import evaluate, evaluate_derivative
+from wheeltapper.march.roots import evaluate
 from wheeltapper.march.step import time_to
 from wheeltapper.march.tangent_path import LANES, OF_SIZE, OF_TIME, sum_at
 
@@ -25,9 +25,6 @@ def peaks_inside(
     """Write the derivatives of the smooth force maxima inside a step; return the next maximum's row."""
     contact = step[PHASE] == CONTACT
     order = int(numbers[contract.ORDER]) if contact else int(FLIGHT_ORDER)
-    cubic = numbers[contract.CUBIC]
-    quadratic = numbers[contract.QUADRATIC]
-    plain = numbers[contract.HYSTERESIS] == 0.0 and S[HERE_FACTOR_DEGREE] < 0.0
     while is_inside(peaks, peak, end):
         after = peaks[peak, contract.PEAK_TIME] - step[TIME]
         x = time_to(S, order, step[LENGTH], after) if contact else after
@@ -36,13 +33,6 @@ def peaks_inside(
                 of_peaks[peak, OF_SIZE, lane] = sum_at(D, N, order - 1, x, lane)
                 bend = _force_second(S, N, order, x)
                 of_peaks[peak, OF_TIME, lane] = -_force_slope(D, N, order - 1, x, lane) / bend
-            elif plain:
-                u = evaluate(S, U, order, x)
-                slope = evaluate_derivative(S, W, order, x)
-                d_u = sum_at(D, U, order, x, lane)
-                d_w = sum_at(D, W, order, x, lane)
-                of_peaks[peak, OF_SIZE, lane] = (2.0 * quadratic * u + 3.0 * cubic * u * u) * d_u
-                of_peaks[peak, OF_TIME, lane] = sum_at(D, T, order, x, lane) - u * d_w / slope
             else:
                 u = evaluate(S, U, order, x)
                 bend = _force_second(S, N, order - 1, x)
