@@ -27,9 +27,9 @@ from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import localise
-from wheeltapper.march.single import March, march_kernel, start_kernel
+from wheeltapper.march.single import march_kernel, start_from
 from wheeltapper.march.step import fastest_rate, repeat_step
-from wheeltapper.march.steps.written import scratch_for, scratch_of_cells
+from wheeltapper.march.steps.written import scratch_of_cells
 from wheeltapper.march.tangent import tangent_kernel
 from wheeltapper.march.tangent_path import LANES, OF_DECK_HEIGHT, OF_DECK_VELOCITY, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
@@ -67,10 +67,8 @@ below 1e-19 with the strict one; those of the tangents may be some hundred times
 @uncounted_kernel
 def begin_kernel(pieces: FloatArray, numbers: FloatArray, state: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Begin a wave at a given state."""
-    start_kernel(pieces, numbers, events, S)
-    S[STATE + DECK_Y] = state[OF_DECK_HEIGHT]
-    S[STATE + DECK_V] = state[OF_DECK_VELOCITY]
-    event.choose_phase(numbers, state[OF_HEIGHT], state[OF_VELOCITY], -1, 0.0, events, S)
+    deck_y, deck_v = state[OF_DECK_HEIGHT], state[OF_DECK_VELOCITY]
+    start_from(pieces, numbers, state[OF_HEIGHT], state[OF_VELOCITY], deck_y, deck_v, events, S)
 
 
 @uncounted_kernel
@@ -508,19 +506,3 @@ def growths(program: contract.Program, state: FloatArray, change: FloatArray, wa
         if why != contract.FULL or len(room.steps) >= MOST_ROWS:
             return out
         room = _tangent_room(2 * len(room.steps))
-
-
-def march_from(program: contract.Program, state: FloatArray) -> March:
-    """March a program from a given state to its end, as `single.march` does from its own start."""
-    rows = 1024
-    while True:
-        steps, events, peaks = _tables(rows)
-        work = scratch_for(program)
-        begin_kernel(program.pieces, program.numbers, state, events, work)
-        status = march_kernel(program.pieces, program.numbers, None, None, steps, events, peaks, None, work)
-        if status != contract.FULL:
-            break
-        rows *= 2
-    many, happened, heights = (int(work[COUNT + at]) for at in (layout.STEPS, layout.EVENTS, layout.PEAKS))
-    last = work[STATE : STATE + contract.STEP_COLUMNS].copy()
-    return March(status, steps[:many], events[:happened], peaks[:heights], last, contract.NO_STOPS, program.pieces)

@@ -631,6 +631,6 @@ def growths(program: Program, state: FloatArray, change: FloatArray, waves: int)
 
 def march_from(program: Program, state: FloatArray) -> March:
     """March a program from a given state, that of the deck included."""
-    from wheeltapper.march import orbits
+    from wheeltapper.march import single
 
-    return orbits.march_from(program, state)
+    return single.march(program, motion=state)

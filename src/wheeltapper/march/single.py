@@ -388,10 +388,15 @@ def _arguments(program: contract.Program, tables: _Tables, room: FloatArray, wor
     return tables.pieces, program.numbers, *program.law_and_damper, *tables[:-1], work
 
 
-def march(program: contract.Program, tell: telling.Tell = telling.report_nothing) -> March:
-    """March a program from its start to its end."""
+def march(
+    program: contract.Program, tell: telling.Tell = telling.report_nothing, motion: FloatArray | None = None
+) -> March:
+    """March a program to its end from its start, or from displacement and velocity of the wheel and of the deck."""
     tables, work = _Tables.empty_tables(program), scratch_for(program)
-    start_kernel(program.pieces, program.numbers, tables.events, work)
+    if motion is None:
+        start_kernel(program.pieces, program.numbers, tables.events, work)
+    else:
+        start_from(program.pieces, program.numbers, *motion, tables.events, work)
     if program.numbers[contract.MEMORY] != 0.0:
         work[COUNT + layout.PIECES] = len(program.pieces)
     if len(program.damper):
