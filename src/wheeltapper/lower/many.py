@@ -118,17 +118,16 @@ class LoweredCells:
     def _marched_alone(self, heights: FloatArray) -> tuple[Program, ...]:
         """Return the programs of cells whose contacts yield or whose dampers have ends; of others none."""
         value, cells, units = self._field_value, self.cells, self.units
+        yields = YIELDING in self.scenario.needs
+        if not (yields or self.scenario.vehicle.damper_end or np.any(np.real(value("vehicle.damper_play")) > 0.0)):
+            return ()
         pieces = [cells.pieces[first : first + many] for first, many in zip(cells.first, cells.many, strict=True)]
-        if YIELDING in self.scenario.needs:
+        if yields:
             programs, static = yielding_programs(value, pieces, cells.numbers, units, heights)
             self.units = replace(units, static_force=static)
             return programs
-        if self.scenario.vehicle.damper_end or np.any(np.real(value("vehicle.damper_play")) > 0.0):
-            dampers = dampers_with_ends(value, cells.numbers, units)
-            return tuple(
-                Program(*one[:2], damper=one[2]) for one in zip(pieces, cells.numbers, dampers, strict=True)
-            )  # fmt: skip
-        return ()
+        dampers = dampers_with_ends(value, cells.numbers, units)
+        return tuple(Program(*one[:2], damper=one[2]) for one in zip(pieces, cells.numbers, dampers, strict=True))
 
     @property
     def to_march(self) -> Cells | tuple[Program, ...]:
