@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-SLAB, SLAB_ON_RAILS = 2**20, 2**15
+SLAB, SLAB_OF_OBJECTS = 2**20, 2**15
 """Largest number of cells that are lowered together. Larger studies are computed slab by slab, which bounds the
-memory. Cells on rails are lowered to an object each."""
+memory. Cells that do not march in lanes are lowered to an object each."""
 
 MOST_REFUSALS = 100
 """Largest number of reasons for refused cells that are kept; further ones are dropped."""
@@ -153,7 +153,7 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
                 parts.append(compute_cells(asked, {path: values[a:b] for path, values in changed.items()}, threads))
         return parts
 
-    slab = SLAB_ON_RAILS if on_rails else SLAB
+    slab = SLAB if asked.marcher is run.WHEEL else SLAB_OF_OBJECTS
     if cells > slab:
         return ComputedCells.joined_parts(compute_range(*range(0, cells, slab), cells))
     try:

@@ -22,6 +22,7 @@ from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError, brief
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Shared
+from wheeltapper.march import run
 from wheeltapper.record.chart_store import (
     FORMAT,
     MISSING,
@@ -39,7 +40,7 @@ EVERY_CHUNK = {"array.write_empty_chunks": True}
 computed."""
 MOST_CHUNKS = 1_000_000
 """Largest number of chunks of a store. Each chunk has one file for every variable."""
-CHUNK, CHUNK_ON_RAILS, CHUNK_OF_RECORDS = 32_768, 512, 16
+CHUNK, CHUNK_OF_OBJECTS, CHUNK_OF_RECORDS = 32_768, 512, 16
 """Approximate number of cells in a chunk, unless the study says otherwise: a second or so of work."""
 
 LEADING = ("parameter", "wheelset", "side")
@@ -60,7 +61,7 @@ def _usual_chunk(study: Study) -> int:
     """Return how many cells a chunk has where none is said: some seconds of work."""
     if study.by_records or study.by_differences:
         return CHUNK_OF_RECORDS
-    return CHUNK_ON_RAILS if study.marcher.is_general else CHUNK
+    return CHUNK if study.marcher is run.WHEEL else CHUNK_OF_OBJECTS
 
 
 class Store:
