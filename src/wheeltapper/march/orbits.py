@@ -24,13 +24,15 @@ from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells, end_motions
 from wheeltapper.march.kernel import kernel, uncounted_kernel
 from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE, T, U, W, Y, Z
+from wheeltapper.march.pool import pool_of
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import localise
 from wheeltapper.march.single import march_kernel, start_from
 from wheeltapper.march.step import fastest_rate, repeat_step
 from wheeltapper.march.steps.written import scratch_of_cells
-from wheeltapper.march.tangent import tangent_kernel
+from wheeltapper.march.tangent import repeat_kernel
+from wheeltapper.march.tangent_lanes import Links, links_of
 from wheeltapper.march.tangent_path import LANES, OF_DECK_HEIGHT, OF_DECK_VELOCITY, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
 
@@ -196,6 +198,7 @@ class TangentTables(NamedTuple):
     of_peaks: FloatArray
     S: FloatArray
     D: FloatArray
+    links: Links | None = None  # of the program's steps in contact; there is always one while it marches
 
 
 @kernel
@@ -266,11 +269,11 @@ def tangent_wave_kernel(
     S[STATE : STATE + LENGTH] = last
     finish_kernel(pieces, numbers, S, state)
     change = along.copy()
-    near = tangent_kernel(
+    near = repeat_kernel(
         pieces, np.zeros((0, 0, 0)), 0, np.full(LANES, -1), numbers, np.zeros((contract.NUMBERS, LANES)), change,
         tables.parts[:parts], last, tables.events[:events], tables.peaks[:peaks], tables.of_events[:events],
         tables.of_peaks[:peaks], along, 0.0, np.zeros(LANES), np.zeros((0, LANES)), np.zeros(0),
-        np.zeros((0, QUANTITIES, SAMPLED)), S, tables.D, None,
+        np.zeros((0, QUANTITIES, SAMPLED)), S, tables.D, None, 0, tables.links,
     )  # fmt: skip
     return why, near
 
@@ -339,9 +342,12 @@ def _tangent_room(rows: int = 1024) -> TangentTables:
     return TangentTables(steps, parts, events, peaks, of_events, of_peaks, np.zeros(SCRATCH), D)
 
 
-def _turned(program: contract.Program) -> FloatArray:
-    """Return scratch memory for a program's march with tangents."""
-    return scratch_of_cells(program.numbers[None], program.pieces, turned=True)
+def _prepared(room: TangentTables, program: contract.Program) -> TangentTables:
+    """Return tables for a program's march with tangents, with what differentiates eight steps in contact at a time."""
+    one, pieces = np.zeros(1, dtype=np.int64), program.pieces
+    numbers = program.numbers[None]
+    links = links_of(pool_of(pieces, one, one + len(pieces), numbers), one[:0], False)
+    return room._replace(S=scratch_of_cells(numbers, pieces, turned=True), links=links)
 
 
 class Returned(NamedTuple):
@@ -486,7 +492,7 @@ class Tangents:
     def turn(self, program: contract.Program, state: FloatArray, waves: int) -> Turn:
         """March some waves from a state."""
         while True:
-            tables, along = self._room._replace(S=_turned(program)), np.zeros((STATE_SIZE, LANES))
+            tables, along = _prepared(self._room, program), np.zeros((STATE_SIZE, LANES))
             along[:, :STATE_SIZE] = np.eye(STATE_SIZE)
             trail, told = np.empty((waves, STATE_SIZE)), np.empty((waves, TOLD))
             status, near = orbit_kernel(program.pieces, program.numbers, state.copy(), trail, told, along, tables)
@@ -500,9 +506,10 @@ def growths(program: contract.Program, state: FloatArray, change: FloatArray, wa
 
     NaN behind a wave that could not be marched.
     """
-    out, S, room, wave = np.full(waves, np.nan), _turned(program), _tangent_room(), 0
+    out, room, wave = np.full(waves, np.nan), _tangent_room(), 0
     while True:
-        why, wave = growth_kernel(program.pieces, program.numbers, state, change, out, wave, room._replace(S=S))
+        tables = _prepared(room, program)
+        why, wave = growth_kernel(program.pieces, program.numbers, state, change, out, wave, tables)
         if why != contract.FULL or len(room.steps) >= MOST_ROWS:
             return out
         room = _tangent_room(2 * len(room.steps))
