@@ -26,7 +26,7 @@ from wheeltapper.march.tally import HIGHEST, TALLY, end_tally, tally_kernel
 
 SMALLEST_BLOCK, LARGEST_BLOCK = 256, 2048
 """Cells that one thread marches at a time."""
-PROGRAMS = 16
+ALONE_BLOCK = 16
 """The same of those that march by themselves."""
 STEP_ROWS = 64
 
@@ -110,10 +110,8 @@ def ensemble_kernel(
         while why == contract.FULL:
             why = march_kernel(table, numbers[cell], None, None, steps, events[event:], peaks[peak:], None, S)
             if tallied:
-                many_steps = int(S[COUNT])
-                tally_kernel(
-                    table, numbers[cell], None, None, steps, many_steps, tally, impulses[event:], scratch, point
-                )
+                made = int(S[COUNT])
+                tally_kernel(table, numbers[cell], None, None, steps, made, tally, impulses[event:], scratch, point)
             if why == contract.FULL and S[COUNT] + 1 <= steps.shape[0]:
                 return cell
             S[COUNT] = 0.0
@@ -295,7 +293,7 @@ def march_all(
     if isinstance(cells, Cells):
         total, size = len(cells.first), _block_size(len(cells.first), threads)
     else:
-        total, size = len(cells), PROGRAMS
+        total, size = len(cells), ALONE_BLOCK
 
     def march_and_read(block: slice) -> None:
         if not isinstance(cells, Cells):
