@@ -55,6 +55,20 @@ CASES = {
     }),
     "hysteresis": BUMP.replaced({"contact": wt.Hertz(constant=1.405e11, hysteresis=0.1)}),
     "bilateral": BUMP.replaced({"contact": wt.Linear(stiffness=1e9, bilateral=True)}),
+    "bush": BUMP.replaced({"vehicle.bush_stiffness": 1e7}),
+    "bush on a corrugation": CORRUGATION.replaced({"vehicle.bush_stiffness": 3e7}),
+    "bush, start in flight": BUMP.replaced({
+        "vehicle.bush_stiffness": 1e7, "start": {"displacement": 2e-4, "velocity": 0.1}
+    }),
+    "bush and everything": BUMP.replaced({
+        "track": wt.FloatingDeck(mass=3000, stiffness=1e8, damping=5e4, start=0.02, length=0.3), "rolling": "circle",
+        "contact": wt.Hertz(hysteresis=0.2), "vehicle.bush_stiffness": 1e7,
+    }),
+    "play": BUMP.replaced({"vehicle.damper_play": 2e-5}),
+    "play and bush on a deck": BUMP.replaced({
+        "vehicle.damper_play": 2e-5, "vehicle.bush_stiffness": 1e7,
+        "track": wt.FloatingDeck(mass=15000, stiffness=1.5e7, damping=5e4),
+    }),
 }  # fmt: skip
 
 
@@ -153,7 +167,7 @@ def test_a_motion_that_grows_beyond_all_numbers_is_said():
 
 
 @pytest.mark.parametrize(
-    "name", ["bump", "bump under a rolling circle", "corrugation under a rolling circle", "default", "deck"]
+    "name", ["bump", "bump under a rolling circle", "corrugation under a rolling circle", "default", "deck", "bush"]
 )
 def test_lanes_do_nearly_all_of_the_work(name):
     made = cells(CASES[name], count=64)

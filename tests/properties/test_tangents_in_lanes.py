@@ -20,7 +20,7 @@ from wheeltapper.march.tangent_path import LANES
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 SHAPES = {"CosineBump": "length", "Corrugation": "wavelength", "Step": "position"}
 SCENES = {
-    **CASES,
+    **{name: scene for name, scene in CASES.items() if not scene.vehicle.damper_end},
     "without end, rolling circle": PERIODIC["rolling circle"],
     "without end, deck": PERIODIC["deck"],
     "without end, hysteresis": PERIODIC["hysteresis"],

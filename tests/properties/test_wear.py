@@ -153,9 +153,8 @@ def over(line, surface, number=0):
 
 def looked_at(program, march, times):
     out = np.empty((len(times), OUT_COLUMNS))
-    law, damper = program.law_and_damper
     S = scratch_for(program)
-    dense(program.pieces, program.numbers, law, damper, march.steps, np.asarray(times), out, S)
+    dense(program.pieces, program.numbers, program.law_or_none, march.steps, np.asarray(times), out, S)
     return out
 
 

@@ -21,7 +21,7 @@ from wheeltapper.march.single import march
 from wheeltapper.march.step import flight_reach
 from wheeltapper.march.steps import lanes, powers, scalar, tangents, variants, written
 from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms
-from wheeltapper.march.steps.variants import FREE, OF_YIELDING, VARIANTS
+from wheeltapper.march.steps.variants import FREE, OF_ENDED, OF_YIELDING, VARIANTS
 
 from ..marks import slow_but
 
@@ -360,25 +360,32 @@ def test_coefficients_in_lanes_are_those_of_50_digits_and_lengths_those_of_one_w
     rows = {"u": (at.LANE_U, order + 1), "w": (at.LANE_W, order + 1)}
     rows |= {"Y": (at.LANE_Y, order + 1), "Z": (at.LANE_V, order + 1)} if terms.deck else {}
     rows |= {"N": (at.LANE_N, order)} if terms.path == BENT or terms.hysteresis else {}
+    rows |= {"e": (at.LANE_E, order + 1)} if terms.end else {}
     for i, (numbers, pieces, S) in enumerate(alone):
         exact = Exact(numbers, pieces, S, terms).contact(order)
-        assert worst(series_in_lane(L, i, rows), exact, rows) < 1e-14
         found = written.interpreted(scalar.source(terms, order))(numbers, pieces, inf, 0, pieces, S)
-        if terms.path == BENT or terms.hysteresis or terms.deck:
+        lost = worst(S, exact, rows)  # where a draw itself loses digits, so does one wheel
+        assert worst(series_in_lane(L, i, rows), exact, rows) < max(1e-14, 2.0 * lost)
+        if terms.path == BENT or terms.hysteresis or terms.deck or terms.end:
             assert L[at.LANE_LENGTH + i] == pytest.approx(found[0], rel=1e-12)
         ends = L[[at.LANE_LENGTH + i, at.LANE_T_END + i, at.LANE_U_END + i, at.LANE_W_END + i]]
         np.testing.assert_allclose(ends, found[:4], rtol=1e-11, atol=1e-11)
 
 
+@pytest.mark.parametrize("end", [False, True])
 @pytest.mark.parametrize("deck", [False, True])
-def test_flights_in_lanes_are_those_of_50_digits(deck):
-    terms, order = Free(deck=deck), int(layout.FLIGHT_ORDER)
+def test_flights_in_lanes_are_those_of_50_digits(deck, end):
+    terms, order = Free(deck=deck, end=end), int(layout.FLIGHT_ORDER)
     L, alone = eight(np.random.default_rng(4), terms)
     written.interpreted(lanes.free_source(terms))(L)
     rows = {"u": (at.LANE_Y, order + 1), "w": (at.LANE_V, order + 1), "clear": (at.LANE_POLYNOMIAL, order + 1)}
     rows |= {"Y": (at.LANE_U, order + 1), "Z": (at.LANE_W, order + 1)} if deck else {}
+    rows |= {"e": (at.LANE_E, order + 1)} if end else {}
     for i, (numbers, pieces, S) in enumerate(alone):
         exact, reach = Exact(numbers, pieces, S, terms).free(order), flight_reach(numbers, S)
+        if end:
+            rate = 2.0 / reach - numbers[program.DAMPING] + S[layout.END_G]
+            reach = 2.0 / (rate + np.sqrt(S[layout.END_B]) + S[layout.END_BETA])
         assert L[at.LANE_LENGTH + i] == pytest.approx(reach, rel=1e-12)
         powers, found = reach ** np.arange(order + 1), series_in_lane(L, i, rows)
         for name in rows:
@@ -405,7 +412,7 @@ def ends_of_steps(base, L, rows):
 
 
 @pytest.mark.parametrize("order", [12, *slow_but([20])])
-@pytest.mark.parametrize("terms", LANED, ids=lambda terms: terms.name)
+@pytest.mark.parametrize("terms", VARIANTS[:OF_ENDED], ids=lambda terms: terms.name)
 def test_tangents_of_steps_in_lanes_are_differences_of_their_ends(terms, order):
     rng = np.random.default_rng([LANED.index(terms), 6])
     L, _ = eight(rng, terms)

@@ -45,8 +45,7 @@ def border(
     is lost. With material damping the force may end while indented. The factor 1 + χ·rate, times a length, therefore
     counts as well. The roots of the margin are found on the lines of a grid, to 1e-9 of a segment of the line. The grid
     only decides which curves are found. Of several wheels that counts which is next to its loss. Each margin of a
-    wagon, of a contact that yields or of a damper with an end is read from a run by `method`: a grid of 40 by 40
-    segments takes some 2000 runs.
+    wagon is read from a run by `method`: a grid of 40 by 40 segments takes some 2000 runs.
 
     Parameters
     ----------

@@ -153,7 +153,7 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
                 parts.append(compute_cells(asked, {path: values[a:b] for path, values in changed.items()}, threads))
         return parts
 
-    slab = SLAB if asked.marcher is run.WHEEL else SLAB_OF_OBJECTS
+    slab = SLAB if asked.marcher in run.IN_LANES else SLAB_OF_OBJECTS
     if cells > slab:
         return ComputedCells.joined_parts(compute_range(*range(0, cells, slab), cells))
     try:

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.course import Course, level
-from wheeltapper.ground.needs import DAMPER_END, MEMORY, YIELDING
+from wheeltapper.ground.needs import MEMORY, YIELDING
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower import ellipse
-from wheeltapper.lower.damper_end import dampers_with_ends
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.fit import Factor
 from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
@@ -158,9 +157,6 @@ def lower(scenario: Scenario, method: str = "default", path: tuple[PathTable, li
         (program,), (static_force,) = yielding_programs(value, [table.rows], numbers, units, placing.height)
         if MEMORY in needs and scenario.contact.warning:
             notes = [*notes, Note(scenario.contact.warning, doubtful=True)]
-    if DAMPER_END in needs:
-        (damper,) = dampers_with_ends(value, numbers, units)
-        program = program._replace(damper=damper)
     return Lowered(
         program,
         table,

@@ -23,7 +23,6 @@ from wheeltapper.ground.needs import YIELDING
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.lower.bends import table_tangent
 from wheeltapper.lower.build import SHARP_DIP, courses_of, curvature_range, sharp_dip, table_of
-from wheeltapper.lower.damper_end import dampers_with_ends
 from wheeltapper.lower.ellipse import factor_function
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.numbers import METHODS, Method, Placing, Units, numbers_of
@@ -113,21 +112,15 @@ class LoweredCells:
         rows = np.vstack([table.rows for table in tables])
         self.cells = Cells(rows, self._first[:-1][self._owner], np.diff(self._first)[self._owner], numbers)
         self.units = self._spread_units(units)
-        self._programs = self._marched_alone(placing.height)
+        self._programs = self._marched_alone(placing.height) if YIELDING in scenario.needs else ()
 
     def _marched_alone(self, heights: FloatArray) -> tuple[Program, ...]:
-        """Return the programs of cells whose contacts yield or whose dampers have ends; of others none."""
-        value, cells, units = self._field_value, self.cells, self.units
-        yields = YIELDING in self.scenario.needs
-        if not (yields or self.scenario.vehicle.damper_end or np.any(np.real(value("vehicle.damper_play")) > 0.0)):
-            return ()
+        """Return the programs of cells whose contacts yield."""
+        cells = self.cells
         pieces = [cells.pieces[first : first + many] for first, many in zip(cells.first, cells.many, strict=True)]
-        if yields:
-            programs, static = yielding_programs(value, pieces, cells.numbers, units, heights)
-            self.units = replace(units, static_force=static)
-            return programs
-        dampers = dampers_with_ends(value, cells.numbers, units)
-        return tuple(Program(*one[:2], damper=one[2]) for one in zip(pieces, cells.numbers, dampers, strict=True))
+        programs, static = yielding_programs(self._field_value, pieces, cells.numbers, self.units, heights)
+        self.units = replace(self.units, static_force=static)
+        return programs
 
     @property
     def to_march(self) -> Cells | tuple[Program, ...]:

@@ -124,7 +124,7 @@ def static_stiffness(value: Fields) -> Numbers:
 
 
 def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers, Units]:
-    """Return the numbers of each cell's program, (cells, NUMBERS), and its units; of a damper's own end nothing."""
+    """Return the numbers of each cell's program, (cells, NUMBERS), and its units."""
     units = units_of(value)
     length, time, mass = units.length, units.time, value("vehicle.mass")
     speed = value("speed")
@@ -133,7 +133,6 @@ def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers
         contract.PACE: speed * time * placing.rate,
         contract.LIFT: placing.lift / length,
         contract.STIFFNESS: value("vehicle.stiffness") * time**2 / mass,
-        contract.DAMPING: value("vehicle.damping") * time / mass,
         contract.QUADRATIC if linear else contract.CUBIC: 1.0,
         contract.DECK_FROM: inf,
         contract.DECK_TO: inf,
@@ -145,6 +144,7 @@ def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers
         contract.LAST_IMPACT: -1.0,
         contract.LAST_LOSS: -1.0,
     }
+    columns |= _damper_numbers(value, units)
     if isinstance(value.scenario.contact, Linear):
         columns[contract.BILATERAL] = float(value.scenario.contact.bilateral)
     else:
@@ -169,6 +169,20 @@ def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers
     for column, entry in columns.items():
         numbers[:, column] = entry
     return numbers, Units(length, time, units.force, prestress * units.force, units.contact_constant)
+
+
+def _damper_numbers(value: Fields, units: Units) -> dict[int, Any]:
+    """Return the numbers of dampers: the damping is that of the wheels, or of dampers whose ends can move."""
+    damping = value("vehicle.damping") * units.time / value("vehicle.mass")
+    play, bush = value("vehicle.damper_play") / units.length, value("vehicle.bush_stiffness")
+    ends = np.real(play) > 0.0 if bush is None else True
+    return {
+        contract.DAMPING: np.where(ends, 0.0, damping),
+        contract.DAMPER_DAMPING: np.where(ends, damping, 0.0),
+        contract.DAMPER_PLAY: play,
+        contract.DAMPER_BUSH: 0.0 if bush is None else bush * units.time**2 / value("vehicle.mass"),
+        contract.DAMPER_START: value("vehicle.damper_play_start"),
+    }
 
 
 def _deck_numbers(value: Fields, time: Numbers, mass: Any) -> dict[int, Any]:

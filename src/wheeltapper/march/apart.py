@@ -9,13 +9,14 @@ from wheeltapper.march import layout
 from wheeltapper.march import pool as cells
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, elastic_force, is_free, wheel_motion
+from wheeltapper.march.held_end import held_coefficients
 from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE
 from wheeltapper.march.program import CONTACT, FLIGHT, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
 from wheeltapper.march.series import harmonic_at, localise
 from wheeltapper.march.single import advance_kernel, start_from, start_kernel
 from wheeltapper.march.steplength import SLOW
-from wheeltapper.march.steps.variants import OVER_BENT, OVER_WAVE, has_deck, variant_of
+from wheeltapper.march.steps.variants import OVER_BENT, OVER_WAVE, in_flight_of, variant_of
 
 
 @inlined_uncounted_kernel
@@ -97,7 +98,7 @@ def enter_path(cell: int, pool: cells.Pool) -> None:
         border = numbers[contract.DECK_FROM] if time < numbers[contract.DECK_FROM] else numbers[contract.DECK_TO]
         until = min(until, border) if time < border else until
     row[at.CELL_UNTIL] = until
-    kind = variant_of(numbers, piece, False, False)
+    kind = variant_of(numbers, piece, False)
     if kind <= OVER_WAVE and numbers[contract.STIFFNESS] + numbers[contract.DAMPING] > SLOW:
         kind = OVER_BENT  # the other two do not look at how fast the suspension is
     pool.rows[cell, cells.CELL_KIND] = kind
@@ -105,12 +106,16 @@ def enter_path(cell: int, pool: cells.Pool) -> None:
 
 
 @uncounted_kernel
-def numbers_to_row(numbers: FloatArray, on: float, row: FloatArray) -> None:
-    """Write suspension, contact and deck, on which the wheel is (1) or not (0), in a row of CELL_NUMBERS."""
+def numbers_to_row(numbers: FloatArray, on: float, mode: float, row: FloatArray) -> None:
+    """Write suspension, contact and deck, on which the wheel is (1) or not (0), in a row of CELL_NUMBERS.
+
+    `mode` is what holds the end of a damper that has one of its own; else FREE.
+    """
     mass = numbers[contract.DECK_MASS]
     per_mass = 1.0 / mass if mass > 0.0 else 0.0
     row[at.CELL_K] = numbers[contract.STIFFNESS]
-    row[at.CELL_G] = numbers[contract.DAMPING]
+    damping, bush, rate = held_coefficients(mode, numbers)
+    row[at.CELL_G] = numbers[contract.DAMPING] + damping
     row[at.CELL_GOAL] = np.log2(numbers[contract.TOLERANCE])
     row[at.CELL_CUBIC] = numbers[contract.CUBIC]
     row[at.CELL_QUADRATIC] = numbers[contract.QUADRATIC]
@@ -120,19 +125,23 @@ def numbers_to_row(numbers: FloatArray, on: float, row: FloatArray) -> None:
     row[at.CELL_DECK_STIFF] = numbers[contract.DECK_STIFFNESS] * per_mass
     row[at.CELL_DECK_DRAG] = numbers[contract.DECK_DAMPING] * per_mass
     row[at.CELL_SHARE] = on * per_mass
+    row[at.CELL_BUSH] = bush
+    row[at.CELL_BUSH_RATE] = rate
+    row[at.CELL_GIVES] = 1.0 if bush > 0.0 else 0.0
 
 
 @uncounted_kernel
 def enter_cell(cell: int, pool: cells.Pool) -> None:
     """Write what lanes need of a cell in its row."""
-    numbers_to_row(pool.numbers[cell], pool.rows[cell, contract.ON_DECK], pool.rows[cell, cells.LOCAL :])
+    row = pool.rows[cell]
+    numbers_to_row(pool.numbers[cell], row[contract.ON_DECK], row[contract.END_MODE], row[cells.LOCAL :])
     enter_path(cell, pool)
 
 
 @uncounted_kernel
 def queue_of_flight(kind: int) -> int:
     """Return the queue in which a cell in flight waits."""
-    return cells.FLY + 1 if has_deck(kind) else cells.FLY
+    return cells.FLY + in_flight_of(kind)
 
 
 @uncounted_kernel
@@ -140,7 +149,7 @@ def join_queue(cell: int, pool: cells.Pool) -> bool:
     """Put the cell in S in the queue of its next step, if lanes can take it; else return False."""
     S, numbers = pool.S, pool.numbers[cell]
     ended = S[COUNT + layout.SEEN] != 0.0 or S[COUNT + layout.EVENTS] >= numbers[contract.EVENT_LIMIT]
-    if ended or numbers[contract.BILATERAL] != 0.0:
+    if ended or numbers[contract.BILATERAL] != 0.0 or numbers[contract.DAMPER_PLAY] > 0.0:
         return False
     flying = S[STATE + PHASE] == FLIGHT
     u, w = S[STATE + A], S[STATE + B]
@@ -224,7 +233,7 @@ def go_apart(pool: cells.Pool) -> bool:
         event, peak = int(S[COUNT + layout.EVENTS]), int(S[COUNT + layout.PEAKS])
         events = pool.events[pool.used[cells.USED_EVENTS] - event :]
         peaks = pool.peaks[pool.used[cells.USED_PEAKS] - peak : len(pool.peaks) - 1]  # a corner may need one row more
-        why = advance_kernel(table, numbers, None, None, pool.steps, events, peaks, None, S)
+        why = advance_kernel(table, numbers, None, pool.steps, events, peaks, pool.steps[:0], S)
         cells.claim_rows(cell, int(S[COUNT + layout.EVENTS]) - event, int(S[COUNT + layout.PEAKS]) - peak, pool)
         cells.log_rows(cell, int(S[COUNT]), pool)
         if why == contract.RUNNING and join_queue(cell, pool):

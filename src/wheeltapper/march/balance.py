@@ -21,7 +21,6 @@ from wheeltapper.march import lane_rows as at
 from wheeltapper.march import program as contract
 from wheeltapper.march.apart import numbers_to_row, path_to_row
 from wheeltapper.march.events import is_contact_phase, is_free, wheel_motion
-from wheeltapper.march.held_end import held_coefficients
 from wheeltapper.march.kernel import inlined_uncounted_kernel, kernel, uncounted_kernel
 from wheeltapper.march.lane_rows import LANES
 from wheeltapper.march.layout import SCRATCH
@@ -105,14 +104,15 @@ def _put_polynomial(gain: float, piece: FloatArray, first: int, degree: int, row
 
 @uncounted_kernel
 def _put_model(
-    numbers: FloatArray, piece: FloatArray, law: FloatArray, damper: FloatArray, state: FloatArray, row: FloatArray,
-    L: FloatArray,
+    numbers: FloatArray, piece: FloatArray, law: FloatArray, state: FloatArray, row: FloatArray, L: FloatArray
 ) -> None:  # fmt: skip
     """Write what does not change while steps go on as in this state in all lanes; `row` has room for CELL_NUMBERS."""
-    numbers_to_row(numbers, state[ON_DECK], row)
+    mode = state[contract.END_MODE] if len(state) == contract.ENDED_COLUMNS else contract.FREE
+    numbers_to_row(numbers, state[ON_DECK], mode, row)
     path_to_row(numbers, piece, state[SHIFT], row)
     for k in range(at.CELL_NUMBERS):
-        _put(row[k], at.LANE_K + LANES * k, L)
+        first = at.LANE_K if k < at.FIXED_NUMBERS else at.LANE_BUSH - LANES * at.FIXED_NUMBERS
+        _put(row[k], first + LANES * k, L)
     lift = numbers[contract.LIFT]
     _put(numbers[contract.DECK_MASS], at.LANE_MASS, L)
     _put_polynomial(lift, piece, contract.COEFFICIENT, int(piece[contract.DEGREE]), at.LANE_PATH, L)
@@ -120,12 +120,6 @@ def _put_model(
     _put_polynomial(1.0, piece, contract.FACTOR, degree if touches else -1, at.LANE_FACTOR, L)
     if touches and degree < 0:
         _put(1.0, at.LANE_FACTOR, L)
-    if len(damper):
-        G, bush, rate = held_coefficients(state[contract.END_MODE], damper)
-        _put(G, at.LANE_G, L)
-        _put(bush, at.LANE_BUSH, L)
-        _put(rate, at.LANE_BUSH_RATE, L)
-        _put(1.0 if bush > 0.0 else 0.0, at.LANE_GIVES, L)
     if state[PHASE] >= contract.YIELDING:
         yields = law[int(state[PHASE]) - contract.YIELDING]
         _put(yields[contract.LAW_CENTRE], at.LANE_LAW_CENTRE, L)
@@ -168,7 +162,7 @@ def _add_steps(steps: FloatArray, end: FloatArray, powers: float, L: FloatArray,
 
 @kernel
 def balance_kernel(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray, damper: FloatArray, steps: FloatArray, last: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray, steps: FloatArray, last: FloatArray,
     sums: FloatArray, made: FloatArray,
 ) -> None:  # fmt: skip
     """Add what some steps, after which the state is `last`, leave missing and exchange to `sums` (SUMS,).
@@ -182,7 +176,7 @@ def balance_kernel(
         first, i = i, _last_alike(steps, i) + 1
         step = steps[first]
         _write_end_state(pieces, numbers, step, steps[i] if i < len(steps) else last, S, end)
-        _put_model(numbers, pieces[int(step[PIECE])], law, damper, step, row, L)
+        _put_model(numbers, pieces[int(step[PIECE])], law, step, row, L)
         _add_steps(steps[first:i], end, made[_kind_of(step[PHASE])], L, sums)
 
 
@@ -191,4 +185,4 @@ def balance(
 ) -> None:
     """Add what some steps, after which comes `after`, leave missing and exchange to `sums` (SUMS,)."""
     made = functions_of_energy(len(program.law) > 0)
-    balance_kernel(pieces, program.numbers, program.law, program.damper, steps, after, sums, made)
+    balance_kernel(pieces, program.numbers, program.law, steps, after, sums, made)

@@ -20,7 +20,7 @@ makes no difference whether this coincides with a loss of contact, an impact or 
 start. To touch a stop without crossing it is no event. Nor is it one to cross a stop by less than the march is exact:
 on a stiff rail a free wheel comes back in each period to the very place where it left a stop.
 
-`damper` (DAMPER_ENTRIES,) describes the damper. `stops` is the table of the stops that were met or left.
+`stops` is the table of the stops that were met or left; without rows none are kept.
 """
 
 from __future__ import annotations
@@ -72,16 +72,17 @@ def _turns_back_at_once(row: int, side: float, order: int, length: float, tolera
 
 @uncounted_kernel
 def _log_stop(kind: int, side: float, stops: FloatArray, S: FloatArray) -> None:
-    row = int(S[COUNT + STOPS])
-    stops[row, contract.STOP_TIME] = S[STATE + TIME]
-    stops[row, contract.STOP_KIND] = kind
-    stops[row, contract.STOP_SIDE] = side
+    if stops.shape[0] > 0:
+        row = stops[int(S[COUNT + STOPS])]
+        row[contract.STOP_TIME] = S[STATE + TIME]
+        row[contract.STOP_KIND] = kind
+        row[contract.STOP_SIDE] = side
     S[COUNT + STOPS] += 1.0
 
 
 @uncounted_kernel
 def _changes_hold(
-    damper: FloatArray, y: int, order: int, length: float, tolerance: float, stops: FloatArray, S: FloatArray
+    numbers: FloatArray, y: int, order: int, length: float, tolerance: float, stops: FloatArray, S: FloatArray
 ) -> bool:
     """Let the end meet or leave a stop where the step begins at one; return whether it did. Row y: the wheel's."""
     mode = S[STATE + contract.END_MODE]
@@ -89,7 +90,7 @@ def _changes_hold(
         return False
     if mode == contract.FREE:
         for side in (1.0, -1.0):
-            beyond = side * (S[y] - S[STATE + contract.END_PLACE]) - damper[contract.DAMPER_PLAY]
+            beyond = side * (S[y] - S[STATE + contract.END_PLACE]) - numbers[contract.DAMPER_PLAY]
             meets = beyond > -SAME_PLACE and side * _series_direction(y, order, length, S) > 0.0
             if meets and not _turns_back_at_once(y, side, order, length, tolerance, S):
                 S[STATE + contract.END_MODE] = side
@@ -99,7 +100,7 @@ def _changes_hold(
         return False
     if mode * S[STATE + contract.END_DEFLECTION] > SAME_PLACE or mode * _series_direction(y, order, length, S) >= 0.0:
         return False
-    S[STATE + contract.END_PLACE] = S[y] - mode * damper[contract.DAMPER_PLAY]
+    S[STATE + contract.END_PLACE] = S[y] - mode * numbers[contract.DAMPER_PLAY]
     S[STATE + contract.END_MODE] = contract.FREE
     S[STATE + contract.END_DEFLECTION] = 0.0
     _log_stop(contract.LEFT, mode, stops, S)
@@ -121,23 +122,23 @@ def _first_directed_root(
 
 
 @uncounted_kernel
-def _changes_at(damper: FloatArray, y: int, v: int, order: int, length: float, S: FloatArray) -> float:
+def _changes_at(numbers: FloatArray, y: int, v: int, order: int, length: float, S: FloatArray) -> float:
     """Return where in the step the end meets or leaves a stop; NONE where it does not."""
     mode = S[STATE + contract.END_MODE]
     if mode == contract.LINKED:
         return NONE
     if mode != contract.FREE:
         return _first_directed_root(
-            BUSH if damper[contract.DAMPER_BUSH] > 0.0 else v, mode, 0.0, -1.0, order, length, S
+            BUSH if numbers[contract.DAMPER_BUSH] > 0.0 else v, mode, 0.0, -1.0, order, length, S
         )
     swing = 0.0
     for k in range(order, 0, -1):
         swing = (swing + abs(S[y + k])) * length
-    if abs(S[y] - S[STATE + contract.END_PLACE]) + swing < damper[contract.DAMPER_PLAY]:
+    if abs(S[y] - S[STATE + contract.END_PLACE]) + swing < numbers[contract.DAMPER_PLAY]:
         return NONE
     found = NONE
     for side in (1.0, -1.0):
-        gap = side * S[STATE + contract.END_PLACE] + damper[contract.DAMPER_PLAY]
+        gap = side * S[STATE + contract.END_PLACE] + numbers[contract.DAMPER_PLAY]
         root = _first_directed_root(y, side, gap, 1.0, order, length, S)
         if root != NONE:
             found = length = root
@@ -158,16 +159,16 @@ def _wheel_motion(order: int, s: float, S: FloatArray) -> tuple[float, float]:
 
 
 @uncounted_kernel
-def _refined_root(damper: FloatArray, order: int, root: float, length: float, S: FloatArray) -> float:
+def _refined_root(numbers: FloatArray, order: int, root: float, length: float, S: FloatArray) -> float:
     """Return the root of a contact step by the state instead of the truncated rows of y and v."""
     mode = S[STATE + contract.END_MODE]
-    if mode != contract.FREE and damper[contract.DAMPER_BUSH] > 0.0:
+    if mode != contract.FREE and numbers[contract.DAMPER_BUSH] > 0.0:
         return root
     for _ in range(2):
         y, v = _wheel_motion(order, root, S)
         if mode == contract.FREE:
             off = y - S[STATE + contract.END_PLACE]
-            missing = off - damper[contract.DAMPER_PLAY] * (1.0 if off > 0.0 else -1.0)
+            missing = off - numbers[contract.DAMPER_PLAY] * (1.0 if off > 0.0 else -1.0)
             slope = evaluate_derivative(S, WHEEL_Y, order, root)
         else:
             missing = v
@@ -178,16 +179,16 @@ def _refined_root(damper: FloatArray, order: int, root: float, length: float, S:
 
 
 @uncounted_kernel
-def carry_end(damper: FloatArray, order: int, length: float, whole: bool, S: FloatArray) -> None:
+def carry_end(numbers: FloatArray, order: int, length: float, whole: bool, S: FloatArray) -> None:
     """Carry the bush's deflection to the step's end; `whole`: it is a contact step that nothing cuts."""
-    if damper[contract.DAMPER_BUSH] > 0.0 and S[STATE + contract.END_MODE] != contract.FREE:
+    if numbers[contract.DAMPER_BUSH] > 0.0 and S[STATE + contract.END_MODE] != contract.FREE:
         S[STATE + contract.END_DEFLECTION] = S[layout.NEXT_BUSH] if whole else evaluate(S, BUSH, order, length)
 
 
 @uncounted_kernel
-def _bound_end(damper: FloatArray, S: FloatArray) -> None:
+def _bound_end(numbers: FloatArray, S: FloatArray) -> None:
     """Say between what contact steps go on without a look at the damper's end."""
-    mode, place, play = S[STATE + contract.END_MODE], S[STATE + contract.END_PLACE], damper[contract.DAMPER_PLAY]
+    mode, place, play = S[STATE + contract.END_MODE], S[STATE + contract.END_PLACE], numbers[contract.DAMPER_PLAY]
     free, held = mode == contract.FREE, mode == contract.UPPER or mode == contract.LOWER
     S[layout.PLACE_FLOOR] = place - play + SAME_PLACE if free else -np.inf
     S[layout.PLACE_CEILING] = place + play - SAME_PLACE if free else np.inf
@@ -196,7 +197,7 @@ def _bound_end(damper: FloatArray, S: FloatArray) -> None:
 
 @uncounted_kernel
 def held_contact_reach(
-    pieces: FloatArray, numbers: FloatArray, damper: FloatArray, until: float, steps: FloatArray, stops: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, until: float, steps: FloatArray, stops: FloatArray,
     S: FloatArray,
 ) -> tuple[float, float, float, float, float, bool, bool]:  # fmt: skip
     """Put the series of a contact step in S; the steps before it hold nothing.
@@ -207,48 +208,50 @@ def held_contact_reach(
     order, tolerance = int(numbers[contract.ORDER]), numbers[contract.TOLERANCE]
     reach, t, u, w, turns = 0.0, 0.0, 0.0, 0.0, False
     for switched in range(MOST_SWITCHES + 1):
-        hold_end(damper, S[STATE + contract.END_MODE], S)
-        _bound_end(damper, S)
-        reach, t, u, w, turns = contact_advance(pieces, numbers, damper, until, steps.shape[0] - 1, steps, S)
-        if switched == MOST_SWITCHES or not _changes_hold(damper, WHEEL_Y, order, reach, tolerance, stops, S):
+        hold_end(numbers, S[STATE + contract.END_MODE], S)
+        _bound_end(numbers, S)
+        reach, t, u, w, turns = contact_advance(pieces, numbers, until, steps.shape[0] - 1, steps, S)
+        if switched == MOST_SWITCHES or not _changes_hold(numbers, WHEEL_Y, order, reach, tolerance, stops, S):
             break
-    root = _changes_at(damper, WHEEL_Y, WHEEL_V, order, reach, S)
-    length = reach if root == NONE else _refined_root(damper, order, root, reach, S)
+    root = _changes_at(numbers, WHEEL_Y, WHEEL_V, order, reach, S)
+    length = reach if root == NONE else _refined_root(numbers, order, root, reach, S)
     return reach, length, t, u, w, turns, root != NONE
 
 
 @uncounted_kernel
 def held_flight_reach(
-    pieces: FloatArray, numbers: FloatArray, damper: FloatArray, until: float, stops: FloatArray, S: FloatArray
+    pieces: FloatArray, numbers: FloatArray, until: float, stops: FloatArray, S: FloatArray
 ) -> float:  # fmt: skip
     """Put the series of a step without contact force in S; return its length in time, at most `until`."""
     reach, tolerance = 0.0, numbers[contract.TOLERANCE]
     for switched in range(MOST_SWITCHES + 1):
-        hold_end(damper, S[STATE + contract.END_MODE], S)
-        free_series(pieces, numbers, damper, S)
-        reach = min(until, flight_reach_with_end(numbers, damper, S[STATE : STATE + contract.ENDED_COLUMNS]))
-        if switched == MOST_SWITCHES or not _changes_hold(damper, U, FLIGHT_ORDER, reach, tolerance, stops, S):
+        hold_end(numbers, S[STATE + contract.END_MODE], S)
+        free_series(pieces, numbers, S)
+        reach = min(until, flight_reach_with_end(numbers, S[STATE : STATE + contract.ENDED_COLUMNS]))
+        if switched == MOST_SWITCHES or not _changes_hold(numbers, U, FLIGHT_ORDER, reach, tolerance, stops, S):
             break
-    root = _changes_at(damper, U, W, FLIGHT_ORDER, reach, S)
+    root = _changes_at(numbers, U, W, FLIGHT_ORDER, reach, S)
     return reach if root == NONE else root
 
 
 @uncounted_kernel
-def damper_pull(damper: FloatArray, v: float, S: FloatArray) -> float:
+def damper_pull(numbers: FloatArray, v: float, S: FloatArray) -> float:
     """Return the force with which damper and end hold back a wheel that moves at v (scaled)."""
-    G, soft, _ = held_coefficients(S[STATE + contract.END_MODE], damper)
+    G, soft, _ = held_coefficients(S[STATE + contract.END_MODE], numbers)
     return float(G * v + soft * S[STATE + contract.END_DEFLECTION])
 
 
 @uncounted_kernel
-def bush_rate(damper: FloatArray, v: float, S: FloatArray) -> float:
+def bush_rate(numbers: FloatArray, v: float, S: FloatArray) -> float:
     """Return the rate of the deflection of a bush that is held, at a wheel that moves at v (scaled)."""
-    _, soft, rate = held_coefficients(S[STATE + contract.END_MODE], damper)
+    _, soft, rate = held_coefficients(S[STATE + contract.END_MODE], numbers)
     return float(v - rate * S[STATE + contract.END_DEFLECTION]) if soft > 0.0 else 0.0
 
 
-def start_end(numbers: FloatArray, damper: FloatArray, S: FloatArray) -> None:
-    """Put the damper's end where in the gap it is said to be, about the wheel at the start."""
-    play, share = damper[contract.DAMPER_PLAY], damper[contract.DAMPER_START]
+@uncounted_kernel
+def start_end(numbers: FloatArray, y: float, S: FloatArray) -> None:
+    """Put the damper's end where in the gap it is said to be, about a wheel that starts at y (scaled)."""
+    play, share = numbers[contract.DAMPER_PLAY], numbers[contract.DAMPER_START]
     S[STATE + contract.END_MODE] = contract.FREE if play > 0.0 else contract.LINKED
-    S[STATE + contract.END_PLACE] = numbers[contract.START_HEIGHT] + share * play
+    S[STATE + contract.END_PLACE] = y + share * play
+    S[STATE + contract.END_DEFLECTION] = 0.0

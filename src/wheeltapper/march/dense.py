@@ -5,7 +5,7 @@ evaluated at the times asked for: to the accuracy of the march itself. The energ
 sums over the same series; they converge fast, because the motion is analytic in the step's own variable.
 
 `steps` are the rows of a march. Quantities of the motion are written to the columns OUT_WHEEL_Y and on, those of a
-damper's own end to the columns behind them. `law` and `damper` are None where single.py says.
+damper's own end to the columns behind them. `law` is None where the contact does not yield.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march import series
 from wheeltapper.march.events import force as contact_force
 from wheeltapper.march.events import is_contact_phase
-from wheeltapper.march.held_end import held_coefficients
+from wheeltapper.march.held_end import damper_ends, held_coefficients
 from wheeltapper.march.kernel import kernel, uncounted_kernel
 from wheeltapper.march.layout import BUSH, FLIGHT_ORDER, N, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, TIME, A, B, FloatArray
@@ -41,12 +41,12 @@ BEGINS, FINISHES = range(2)
 
 @uncounted_kernel
 def prepare_step(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, step: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, step: FloatArray,
     S: FloatArray,
 ) -> bool:  # fmt: skip
     """Compute the series of a step; return True for one in s."""
     series.enter_piece(pieces, numbers, law, step, S)
-    repeat_step(pieces, numbers, damper, step, S)
+    repeat_step(pieces, numbers, step, S)
     return is_contact_phase(step[PHASE])
 
 
@@ -101,7 +101,7 @@ def fill_start(numbers: FloatArray, state: FloatArray, S: FloatArray, out: Float
 
 @uncounted_kernel
 def fill_row(
-    numbers: FloatArray, damper: FloatArray | None, step: FloatArray, x: float, S: FloatArray, out: FloatArray
+    numbers: FloatArray, step: FloatArray, x: float, S: FloatArray, out: FloatArray
 ) -> float:  # fmt: skip
     """Write all quantities at x of the prepared step's own variable; return the time after the step's start."""
     contact = is_contact_phase(step[PHASE])
@@ -112,22 +112,22 @@ def fill_row(
     deck_v = evaluate(S, Z, order, x) if deck else 0.0
     first, second = evaluate(S, U, order, x), evaluate(S, W, order, x)
     fill_motion(numbers, step, after, first, second, deck_y, deck_v, S, out)
-    if damper is not None:
-        _fill_end(damper, step, order, x, S, out)
+    if damper_ends(numbers):
+        _fill_end(numbers, step, order, x, S, out)
     return after
 
 
 @uncounted_kernel
-def _fill_end(damper: FloatArray, step: FloatArray, order: int, x: float, S: FloatArray, out: FloatArray) -> None:
+def _fill_end(numbers: FloatArray, step: FloatArray, order: int, x: float, S: FloatArray, out: FloatArray) -> None:
     """Write what the damper's end does, and what its force does to the wheel."""
     mode = step[contract.END_MODE]
     if mode == contract.FREE:
         out[OUT_END_Y] = step[contract.END_PLACE]
         out[OUT_DAMPER_FORCE] = 0.0
         return
-    G, soft, _ = held_coefficients(mode, damper)
+    G, soft, _ = held_coefficients(mode, numbers)
     deflection = evaluate(S, BUSH, order, x) if soft > 0.0 else 0.0
-    out[OUT_END_Y] = out[OUT_WHEEL_Y] - deflection - mode * damper[contract.DAMPER_PLAY]
+    out[OUT_END_Y] = out[OUT_WHEEL_Y] - deflection - mode * numbers[contract.DAMPER_PLAY]
     out[OUT_DAMPER_FORCE] = -G * out[OUT_WHEEL_V] - soft * deflection
     out[OUT_WHEEL_A] += out[OUT_DAMPER_FORCE]
 
@@ -148,7 +148,7 @@ def _place_at_time(order: int, x: float, s_max: float, time: float, S: FloatArra
 
 @uncounted_kernel
 def dense(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, steps: FloatArray,
     times: FloatArray, out: FloatArray, S: FloatArray,
 ) -> None:  # fmt: skip
     """Write all quantities at the given rising times (scaled) into the rows of `out`."""
@@ -163,7 +163,7 @@ def dense(
         step = steps[row]
         contact = is_contact_phase(step[PHASE])
         if row != present:
-            prepare_step(pieces, numbers, law, damper, step, S)
+            prepare_step(pieces, numbers, law, step, S)
             whole = evaluate(S, T, order, step[LENGTH]) if contact else step[LENGTH]
             present = row
             x = 0.5 * step[LENGTH]
@@ -174,7 +174,7 @@ def dense(
             x = step[LENGTH]
         else:
             x = _place_at_time(order, x, step[LENGTH], after, S) if after > 0.0 else 0.0
-        fill_row(numbers, damper, step, x, S, out[i])
+        fill_row(numbers, step, x, S, out[i])
 
 
 @uncounted_kernel
@@ -194,7 +194,7 @@ def impulse(numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
 
 @kernel
 def integrals(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, steps: FloatArray,
     nodes: FloatArray, weights: FloatArray, out: FloatArray, ends: FloatArray, S: FloatArray,
 ) -> None:  # fmt: skip
     """Write each step's integrals into `out`, and the quantities at its two ends into ends[step, 0 or 1].
@@ -205,21 +205,21 @@ def integrals(
     order = int(numbers[contract.ORDER])
     for i in range(len(steps)):
         step = steps[i]
-        contact = prepare_step(pieces, numbers, law, damper, step, S)
-        fill_row(numbers, damper, step, 0.0, S, ends[i, BEGINS])
-        fill_row(numbers, damper, step, step[LENGTH], S, ends[i, FINISHES])
+        contact = prepare_step(pieces, numbers, law, step, S)
+        fill_row(numbers, step, 0.0, S, ends[i, BEGINS])
+        fill_row(numbers, step, step[LENGTH], S, ends[i, FINISHES])
         total = out[i]
         total[:] = 0.0
         total[IMPULSE] = impulse(numbers, step, S)
         for j in range(len(nodes)):
             x = nodes[j] * step[LENGTH]
-            after = fill_row(numbers, damper, step, x, S, point)
+            after = fill_row(numbers, step, x, S, point)
             weight = weights[j] * step[LENGTH]
             if contact:
                 weight *= evaluate(S, U, order, x)
             lost = numbers[contract.DAMPING] * point[OUT_WHEEL_V] ** 2
-            if damper is not None:
-                lost += point[OUT_DAMPER_FORCE] ** 2 / damper[contract.DAMPER_DAMPING]
+            if damper_ends(numbers):
+                lost += point[OUT_DAMPER_FORCE] ** 2 / numbers[contract.DAMPER_DAMPING]
             total[LOST_SUSPENSION] += weight * lost
             total[LOST_DECK] += weight * numbers[contract.DECK_DAMPING] * point[OUT_DECK_V] ** 2
             total[WORK_PATH] += weight * point[OUT_FORCE] * point[OUT_PATH_V]

@@ -14,7 +14,7 @@ from wheeltapper.march import pool as pools
 from wheeltapper.march import program as contract
 from wheeltapper.march.apart import motions_kernel, start_lanes
 from wheeltapper.march.blocks import in_blocks
-from wheeltapper.march.dense import ENDED_OUT_COLUMNS, OUT_COLUMNS
+from wheeltapper.march.dense import ENDED_OUT_COLUMNS
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.lanes import lanes_kernel
@@ -99,7 +99,7 @@ def ensemble_kernel(
     event = event_ends[cell - 1] if cell > 0 else 0
     peak = peak_ends[cell - 1] if cell > 0 else 0
     tally = np.zeros(TALLY)
-    point = np.zeros(OUT_COLUMNS)
+    point = np.zeros(ENDED_OUT_COLUMNS)
     while cell < len(first):
         table = pieces[first[cell] : first[cell] + many[cell]]
         start_kernel(table, numbers[cell], events[event:], S)
@@ -108,10 +108,10 @@ def ensemble_kernel(
         tally[HIGHEST] = S[STATE + A] if is_free(S[STATE + PHASE]) else -np.inf
         why = contract.FULL
         while why == contract.FULL:
-            why = march_kernel(table, numbers[cell], None, None, steps, events[event:], peaks[peak:], None, S)
+            why = march_kernel(table, numbers[cell], None, steps, events[event:], peaks[peak:], steps[:0], S)
             if tallied:
                 made = int(S[COUNT])
-                tally_kernel(table, numbers[cell], None, None, steps, made, tally, impulses[event:], scratch, point)
+                tally_kernel(table, numbers[cell], None, steps, made, tally, impulses[event:], scratch, point)
             if why == contract.FULL and S[COUNT] + 1 <= steps.shape[0]:
                 return cell
             S[COUNT] = 0.0
@@ -134,7 +134,7 @@ def _arguments(cells: Cells, cell: int, tables: Marched, work: tuple[FloatArray,
 def _work_arrays(cells: Cells) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return room for steps, and scratch memory of the march and of the tally."""
     S = scratch_of_cells(cells.numbers, cells.pieces)
-    return np.empty((STEP_ROWS, contract.STEP_COLUMNS)), S, S.copy()
+    return np.empty((STEP_ROWS, contract.ENDED_COLUMNS)), S, S.copy()
 
 
 def march_one_by_one(cells: Cells, tally: bool = False) -> Marched:
@@ -262,14 +262,14 @@ def _tallied(program: contract.Program, found: March) -> tuple[float, FloatArray
     """Return the wheel's highest position in a march, and the impulses of its contacts as `Marched` has them."""
     tally, point, impulses = np.zeros(TALLY), np.zeros(ENDED_OUT_COLUMNS), np.full(len(found.events), np.nan)
     tally[HIGHEST] = -np.inf
-    given = found.pieces, program.numbers, *program.law_and_damper, found.steps, len(found.steps)
+    given = found.pieces, program.numbers, program.law_or_none, found.steps, len(found.steps)
     tally_kernel(*given, tally, impulses, scratch_for(program), point)
     end_tally(found.status, tally, impulses)
     return tally[HIGHEST], impulses
 
 
 def march_alone(programs: Sequence[contract.Program], tally: bool = False) -> Marched:
-    """March some programs in this thread, one after the other, whatever their contacts and dampers."""
+    """March some programs in this thread, one after the other, whatever their contacts."""
     found = [march(program) for program in programs]
     ends = np.cumsum([(len(one.events), len(one.peaks)) for one in found], axis=0)
     begun = [one.steps[0, PHASE] if len(one.steps) else one.state[PHASE] for one in found]

@@ -78,7 +78,7 @@ def gradient_kernel(
         if tallied is not None:
             tally[:] = 0.0
             tally[HIGHEST] = -np.inf
-            tally_kernel(own, numbers[cell], None, None, made, len(made), tally, impulses[event:], S, point)
+            tally_kernel(own, numbers[cell], None, made, len(made), tally, impulses[event:], S, point)
             end_tally(status[cell], tally, impulses[event:])
             highest[cell] = tally[HIGHEST]
         gentlest[cell] = repeat_kernel(

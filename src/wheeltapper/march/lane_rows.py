@@ -34,9 +34,10 @@ def _row_starts(first: int, *lengths: int) -> list[int]:
     CELL_K, CELL_G, CELL_LOAD, CELL_LEVEL, CELL_AMP_SIN, CELL_AMP_COS, CELL_OMEGA, CELL_RATE, CELL_OFFSET, CELL_UNTIL,
     CELL_GOAL, CELL_CUBIC, CELL_QUADRATIC,
     CELL_ETA, CELL_PACE, CELL_ORIGIN, CELL_ON, CELL_PRESTRESS, CELL_DECK_STIFF, CELL_DECK_DRAG, CELL_SHARE,
-) = range(21)  # fmt: skip
-PLAIN_NUMBERS, CELL_NUMBERS = CELL_QUADRATIC + 1, CELL_SHARE + 1
-"""How many of them a plain contact has, and how many there are."""
+    CELL_BUSH, CELL_BUSH_RATE, CELL_GIVES,
+) = range(24)  # fmt: skip
+PLAIN_NUMBERS, FIXED_NUMBERS, CELL_NUMBERS = CELL_QUADRATIC + 1, CELL_SHARE + 1, CELL_GIVES + 1
+"""How many of them a plain contact has, one without a damper's end, and how many there are."""
 # A step's end: length, time, (u, w), the deck's motion, whether the force is monotone for certain, whether hysteresis
 # never takes the force away, whether the step holds no event for certain.
 (
@@ -53,22 +54,21 @@ PLAIN_NUMBERS, CELL_NUMBERS = CELL_QUADRATIC + 1, CELL_SHARE + 1
 # in a flight, and the polynomial whose root is sought. The room after u keeps what a step writes away from places that
 # are a multiple of 4096 bytes (64 rows) behind what the next step reads: a processor takes them for the same.
 # At the end time and motion at the start of the step before: a step that is no event moves a lane's start, and the
-# march with tangents keeps it.
+# march with tangents keeps it. Then of a damper's end the bush, its rate, whether it gives, its deflection at a step's
+# start and end, and that as a series.
 (
     LANE_U, LANE_W, LANE_N, LANE_PATH, LANE_FACTOR, LANE_Y, LANE_V, LANE_RAIL, LANE_POLYNOMIAL, LANE_WAS,
-    LANE_DECK_WAS, LANE_ENTRIES,
-) = _row_starts(47 * LANES, 33, 23, 23, TERMS, TERMS, *[23] * 4, 3, 2)  # fmt: skip
-# Energies at eight ends of steps: the deck's mass, lengths of the steps before and after each (0: none); of a damper's
-# end the bush, its rate, whether it gives, and its deflection; of a plastic law centre, 1/scale and coefficients, and
-# the residual indentation, in powers of ξ. Found are the energy; what each end adds to the integrals of the power, and
-# of what is lost, over the steps before and after it; the powers of the path and of the contact, times u; and the
-# wheel's kinetic energy.
+    LANE_DECK_WAS, LANE_BUSH, LANE_BUSH_RATE, LANE_GIVES, LANE_BUSH_Y, LANE_BUSH_Y_END, LANE_E, LANE_ENTRIES,
+) = _row_starts(47 * LANES, 33, 23, 23, TERMS, TERMS, *[23] * 4, 3, 2, *[1] * 5, 23)  # fmt: skip
+# Energies at eight ends of steps: the deck's mass, lengths of the steps before and after each (0: none); of a plastic
+# law centre, 1/scale and coefficients, and the residual indentation, in powers of ξ. Found are the energy; what each
+# end adds to the integrals of the power, and of what is lost, over the steps before and after it; the powers of the
+# path and of the contact, times u; and the wheel's kinetic energy.
 (
-    LANE_MASS, LANE_BEFORE, LANE_AFTER, LANE_BUSH, LANE_BUSH_RATE, LANE_GIVES, LANE_BUSH_Y, LANE_LAW_CENTRE,
-    LANE_LAW_RATE, LANE_ENERGY, LANE_GAIN_BEFORE, LANE_GAIN_AFTER, LANE_LOST_BEFORE, LANE_LOST_AFTER, LANE_WORKED,
-    LANE_GAINED, LANE_KINETIC,
-) = range(LANE_ENTRIES, LANE_ENTRIES + 17 * LANES, LANES)  # fmt: skip
-LANE_LAW, LANE_RESIDUAL, ENERGY_ENTRIES = _row_starts(LANE_ENTRIES + 17 * LANES, TERMS, TERMS)
+    LANE_MASS, LANE_BEFORE, LANE_AFTER, LANE_LAW_CENTRE, LANE_LAW_RATE, LANE_ENERGY, LANE_GAIN_BEFORE, LANE_GAIN_AFTER,
+    LANE_LOST_BEFORE, LANE_LOST_AFTER, LANE_WORKED, LANE_GAINED, LANE_KINETIC,
+) = range(LANE_ENTRIES, LANE_ENTRIES + 13 * LANES, LANES)  # fmt: skip
+LANE_LAW, LANE_RESIDUAL, ENERGY_ENTRIES = _row_starts(LANE_ENTRIES + 13 * LANES, TERMS, TERMS)
 # Tangents of eight steps of known length, one direction at a time: changes of the start; of what a kind of steps has;
 # of the place and the pace on a polynomial piece; of the harmonic's phase; of t, u, w and the deck's motion at the end.
 (

@@ -90,6 +90,8 @@ def _commit(i: int, cell: int, time: float, kind: int, phase: float, length: flo
     if variants.has_deck(kind):
         L[at.LANE_DECK_Y + i] = L[at.LANE_DECK_Y_END + i]
         L[at.LANE_DECK_V + i] = L[at.LANE_DECK_V_END + i]
+    if variants.has_bush(kind):
+        L[at.LANE_BUSH_Y + i] = L[at.LANE_BUSH_Y_END + i]
 
 
 @inlined_uncounted_kernel
@@ -235,14 +237,16 @@ def _end_at_breakpoints(kind: int, made: FloatArray, L: FloatArray) -> None:
                 _shorten(i, L)
             else:
                 L[at.LANE_ENDS + i] = UNKNOWN_END
-    _find_deck_ends(kind, made, L)
+    _find_other_ends(kind, made, L)
 
 
 @uncounted_kernel
-def _find_deck_ends(kind: int, made: FloatArray, L: FloatArray) -> None:
-    """Evaluate the deck's motion at the ends of shortened steps."""
+def _find_other_ends(kind: int, made: FloatArray, L: FloatArray) -> None:
+    """Evaluate the motion of deck and bush at the ends of shortened steps."""
     if variants.has_deck(kind):
         call_eight(made[variants.DECK_AT_END], L)
+    if variants.has_bush(kind):
+        call_eight(made[variants.BUSH_AT_END], L)
 
 
 @inlined_uncounted_kernel
@@ -269,7 +273,7 @@ def _choose_ends(filled: int, stage: int, kind: int, made: FloatArray, L: FloatA
             _shorten(i, L)
         else:
             L[at.LANE_ENDS + i] = UNKNOWN_END
-    _find_deck_ends(kind, made, L)
+    _find_other_ends(kind, made, L)
 
 
 @inlined_uncounted_kernel
@@ -370,7 +374,7 @@ def _step_in_flight(which: int, pool: cells.Pool) -> None:
     """Make one step in flight, up to the impact or the breakpoint in it."""
     L, rows, held = pool.L, pool.rows, pool.held
     over = which - cells.FLY
-    kind = over * variants.OF_DECK + variants.OVER_BENT
+    kind = variants.touching_of(over)
     filled = cells.fill_all(which, kind, pool)
     for i in range(at.LANES):
         L[at.LANE_FRESH + i] = 1.0 if i >= filled else rows[held[i], cells.COUNTS + OPENED]

@@ -65,7 +65,7 @@ def _flight_margin(numbers: FloatArray, step: FloatArray, S: FloatArray) -> floa
 
 @uncounted_kernel
 def margin_kernel(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, why: int,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, why: int,
     steps: FloatArray, events: FloatArray, losses: int, S: FloatArray,
 ) -> float:  # fmt: skip
     """Return the margin of a march that stopped for the reason `why`; NaN where it broke off.
@@ -84,10 +84,10 @@ def margin_kernel(
     for i in range(len(steps)):
         step = steps[i]
         if found < losses and is_contact_phase(step[PHASE]) and step[TIME] > since:
-            prepare_step(pieces, numbers, law, damper, step, S)
+            prepare_step(pieces, numbers, law, step, S)
             margin = min(margin, _contact_margin(numbers, step, S))
         elif found >= losses and is_free(step[PHASE]) and step[TIME] >= lost:
-            prepare_step(pieces, numbers, law, damper, step, S)
+            prepare_step(pieces, numbers, law, step, S)
             margin = min(margin, _flight_margin(numbers, step, S))
     ended = why == contract.DONE or why == contract.ENOUGH
     if margin == np.inf and ended:
@@ -105,17 +105,17 @@ def margins_kernel(
         table = cells.pieces[cells.first[cell] : cells.first[cell] + cells.many[cell]]
         numbers = cells.numbers[cell]
         start_kernel(table, numbers, events, S)
-        why = march_kernel(table, numbers, None, None, steps, events, peaks, None, S)
+        why = march_kernel(table, numbers, None, steps, events, peaks, steps[:0], S)
         if why == contract.FULL:
             return cell
         made, met = steps[: int(S[COUNT])], events[: int(S[COUNT + EVENTS])]
-        margins[cell] = margin_kernel(table, numbers, None, None, why, made, met, losses, S)
+        margins[cell] = margin_kernel(table, numbers, None, why, made, met, losses, S)
         cell += 1
     return cell
 
 
 def _arguments(cells: Cells, cell: int, losses: int, margins: FloatArray, rows: int) -> tuple[Any, ...]:
-    columns = (contract.STEP_COLUMNS, contract.EVENT_COLUMNS, contract.PEAK_COLUMNS)
+    columns = (contract.ENDED_COLUMNS, contract.EVENT_COLUMNS, contract.PEAK_COLUMNS)
     tables = (np.empty((rows, many)) for many in columns)
     return (cells, cell, losses, margins, *tables, scratch_of_cells(cells.numbers, cells.pieces))
 
@@ -123,7 +123,7 @@ def _arguments(cells: Cells, cell: int, losses: int, margins: FloatArray, rows: 
 def _margin_of(program: contract.Program, losses: int) -> float:
     """Return the margin of a program."""
     found = march(program)
-    made = found.pieces, program.numbers, *program.law_and_damper, found.status, found.steps, found.events
+    made = found.pieces, program.numbers, program.law_or_none, found.status, found.steps, found.events
     return margin_kernel(*made, losses, scratch_for(program))
 
 

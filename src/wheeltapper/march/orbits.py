@@ -103,7 +103,7 @@ def wave_kernel(
     begin_kernel(pieces, numbers, state, events, S)
     why = contract.FULL
     while why == contract.FULL:
-        why = march_kernel(pieces, numbers, None, None, steps, events, peaks, None, S)
+        why = march_kernel(pieces, numbers, None, steps, events, peaks, steps[:0], S)
         tell_kernel(events, peaks, S, told)
         S[COUNT] = 0.0
         S[COUNT + layout.EVENTS] = 0.0
@@ -230,7 +230,7 @@ def divide_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, pa
             last = parts[used - 1]
             last[LENGTH] = step[LENGTH] / many
             localise(pieces, numbers, int(last[PIECE]), last[SHIFT], last[TIME], S)
-            repeat_step(pieces, numbers, None, last, S)
+            repeat_step(pieces, numbers, last, S)
             parts[used] = last
             parts[used, TIME] += evaluate(S, T, order, last[LENGTH])
             parts[used, A] = evaluate(S, U, order, last[LENGTH])
@@ -255,7 +255,7 @@ def tangent_wave_kernel(
     S = tables.S
     told[:] = 0.0
     begin_kernel(pieces, numbers, state, tables.events, S)
-    why = march_kernel(pieces, numbers, None, None, tables.steps, tables.events, tables.peaks, None, S)
+    why = march_kernel(pieces, numbers, None, tables.steps, tables.events, tables.peaks, tables.steps[:0], S)
     if why != contract.DONE:
         return why, 0.0
     tell_kernel(tables.events, tables.peaks, S, told)

@@ -12,7 +12,7 @@ from wheeltapper.march.events import follow_force, log_event
 from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE, int64_positions
 from wheeltapper.march.program import DECK_V, DECK_Y, PIECE, TIME, A, B, FloatArray, IntArray
-from wheeltapper.march.steps.variants import OF_YIELDING, OVER_WAVE, has_deck, is_bent, is_lossy
+from wheeltapper.march.steps.variants import OF_YIELDING, OVER_WAVE, has_bush, has_deck, is_bent, is_lossy
 from wheeltapper.march.steps.written import functions_of_cells, scratch_of_cells
 
 STEP_ROWS = 64
@@ -21,10 +21,10 @@ ROOM = 16
 
 # The kinds of contact steps are those of elastic contacts (steps/variants.py).
 (KINDS,) = int64_positions([OF_YIELDING])
-# The queues in which cells wait: the first stages have one for each kind, flight has one beside a deck and one
-# over it. They are NumPy integers, because Numba compiles a kernel anew for every plain constant.
+# The queues in which cells wait: the first stages have one for each kind, flight has one beside a deck, one over it,
+# and the same with a bush. They are NumPy integers, because Numba compiles a kernel anew for every plain constant.
 COAST, TURN, OPEN, CROSS, FLY = int64_positions(range(0, 5 * int(KINDS), int(KINDS)))
-(APART,) = int64_positions([FLY + 2])
+(APART,) = int64_positions([FLY + 4])
 QUEUES = int(APART) + 1
 EMPTY = -1
 """Stands for the cell of an empty lane."""
@@ -62,7 +62,7 @@ class Pool(NamedTuple):
     peaks: FloatArray  # (rows, PEAK_COLUMNS + 1)
     log: FloatArray  # (rows, STEP_COLUMNS + 1): all steps, in the order in which they were made; no rows: not kept
     used: IntArray  # (6,): from USED_EVENTS to TO_THE_END
-    steps: FloatArray  # (STEP_ROWS, STEP_COLUMNS)
+    steps: FloatArray  # (STEP_ROWS, ENDED_COLUMNS)
     S: FloatArray  # (SCRATCH,)
     L: FloatArray  # (ENTRIES,)
     held: IntArray  # (LANES,): the cell in each lane, or EMPTY
@@ -96,7 +96,7 @@ def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatA
         np.zeros((BEFORE + 1, max(cells, QUEUES)), dtype=np.int64),
         np.empty((room, EVENT_CELL + 1)), np.empty((room, PEAK_CELL + 1)),
         np.empty((steps, STEP_CELL + 1)), np.zeros(TO_THE_END + 1, dtype=np.int64),
-        np.empty((STEP_ROWS, contract.STEP_COLUMNS)), scratch_of_cells(numbers, pieces), np.zeros(at.LANE_ENTRIES),
+        np.empty((STEP_ROWS, contract.ENDED_COLUMNS)), scratch_of_cells(numbers, pieces), np.zeros(at.LANE_ENTRIES),
         np.full(at.LANES, EMPTY, dtype=np.int64), functions_of_cells(numbers, pieces),
     )  # fmt: skip
 
@@ -142,10 +142,18 @@ def _fill_plain(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
 @uncounted_kernel
 def _fill_numbers(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
     """Put what only other kinds have in a lane: their numbers and the deck's motion."""
-    for k in range(at.CELL_NUMBERS - at.PLAIN_NUMBERS):
+    for k in range(at.FIXED_NUMBERS - at.PLAIN_NUMBERS):
         L[at.LANE_ETA + at.LANES * k + i] = rows[cell, LOCAL + at.PLAIN_NUMBERS + k] if cell >= 0 else 0.0
     L[at.LANE_DECK_Y + i] = rows[cell, DECK_Y] if cell >= 0 else 0.0
     L[at.LANE_DECK_V + i] = rows[cell, DECK_V] if cell >= 0 else 0.0
+
+
+@uncounted_kernel
+def _fill_bush(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
+    """Put the bush of a damper's end, and its deflection, in a lane."""
+    for k in range(at.CELL_NUMBERS - at.FIXED_NUMBERS):
+        L[at.LANE_BUSH + at.LANES * k + i] = rows[cell, LOCAL + at.FIXED_NUMBERS + k] if cell >= 0 else 0.0
+    L[at.LANE_BUSH_Y + i] = rows[cell, contract.END_DEFLECTION] if cell >= 0 else 0.0
 
 
 @uncounted_kernel
@@ -182,9 +190,11 @@ def fill_flight(
     i: int, cell: int, over: int, pieces: FloatArray, first: IntArray, numbers: FloatArray, rows: FloatArray,
     L: FloatArray,
 ) -> None:  # fmt: skip
-    """Put a cell in flight in a lane; `over`: over a deck."""
+    """Put a cell in flight in a lane; `over` says beside what (variants.py)."""
     _fill_plain(i, cell, rows, L)
-    if over == 0:
+    if over >= 2:
+        _fill_bush(i, cell, rows, L)
+    if over % 2 == 0:
         L[at.LANE_PACE + i] = rows[cell, LOCAL + at.CELL_PACE] if cell >= 0 else 0.0
         L[at.LANE_ORIGIN + i] = rows[cell, LOCAL + at.CELL_ORIGIN] if cell >= 0 else 0.0
     else:
@@ -201,6 +211,8 @@ def fill_lane(
     _fill_plain(i, cell, rows, L)
     if kind > OVER_WAVE:
         _fill_numbers(i, cell, rows, L)
+        if has_bush(kind):
+            _fill_bush(i, cell, rows, L)
         if is_bent(kind):
             fill_path(i, cell, pieces, first, numbers, rows, L)
             fill_factor(i, cell, kind, pieces, first, rows, L)
@@ -234,6 +246,8 @@ def keep_lane(i: int, cell: int, kind: int, rows: FloatArray, L: FloatArray) -> 
     if has_deck(kind):
         rows[cell, DECK_Y] = L[at.LANE_DECK_Y + i]
         rows[cell, DECK_V] = L[at.LANE_DECK_V + i]
+    if has_bush(kind):
+        rows[cell, contract.END_DEFLECTION] = L[at.LANE_BUSH_Y + i]
 
 
 @inlined_uncounted_kernel

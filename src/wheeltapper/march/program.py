@@ -102,19 +102,14 @@ START_SHIFT = 22  # the table's position at time zero is its negative, m
 LAST_IMPACT = 23  # the march ends at this impact; -1: it does not
 LAST_LOSS = 24  # the march ends at the first loss after this number of impacts; -1: it does not
 MEMORY = 25  # 1 where every contact is at one spot, which remembers its largest indentation
-NUMBERS = 26
+# Of a damper whose end can move (DAMPING is then zero): its damping, half the gap of its play, the stiffness of its
+# bush (0: rigid), and the position of the end in the gap at the start, from -1 to 1.
+DAMPER_DAMPING, DAMPER_PLAY, DAMPER_BUSH, DAMPER_START = range(26, 30)
+NUMBERS = 30
 
 
 ELASTIC = np.empty((0, LAW_COLUMNS))
 """The empty plastic law of elastic contacts."""
-
-# Entries of a damper whose end can move (DAMPING in the numbers is then zero): its damping, half the gap of its play,
-# the stiffness of its bush (0: rigid), and the position of the end in the gap at the start, from -1 to 1.
-DAMPER_DAMPING, DAMPER_PLAY, DAMPER_BUSH, DAMPER_START = range(4)
-DAMPER_ENTRIES = 4
-
-PLAIN = np.empty(0)
-"""The empty array for a plain damper, which the numbers describe."""
 
 
 class Program(NamedTuple):
@@ -123,9 +118,13 @@ class Program(NamedTuple):
     pieces: FloatArray  # (n, PIECE_COLUMNS), where the contact yields (n, MARKED_COLUMNS)
     numbers: FloatArray  # (NUMBERS,)
     law: FloatArray = ELASTIC  # (pieces of the plastic law, LAW_COLUMNS)
-    damper: FloatArray = PLAIN  # (DAMPER_ENTRIES,) where the damper has an end of its own
 
     @property
-    def law_and_damper(self) -> tuple[FloatArray | None, FloatArray | None]:
-        """The law and the damper as kernels take them: None for what the program does not have."""
-        return self.law if len(self.law) else None, self.damper if len(self.damper) else None
+    def law_or_none(self) -> FloatArray | None:
+        """The law as kernels take it: None where the contact does not yield."""
+        return self.law if len(self.law) else None
+
+    @property
+    def damper_ends(self) -> bool:
+        """Whether the damper has an end of its own."""
+        return bool(self.numbers[DAMPER_PLAY] > 0.0 or self.numbers[DAMPER_BUSH] > 0.0)

@@ -129,6 +129,8 @@ GENERAL = Marcher(
     }),
 )  # fmt: skip
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
+IN_LANES = (WHEEL, ENDED_WHEEL)
+"""Marches whose cells go in lanes."""
 MARCHERS = (*WHEELS, WAGON, WAGON_ON_RAILS, GENERAL)
 """All marches, the fastest first."""
 ROW = Marcher("the march of wheelsets in a row", frozenset({DECK, DECK_ENDS, IRREGULARITY, POINT, DAMPER_END}))
@@ -340,7 +342,7 @@ def _dense_column_count(program: Program) -> int:
     """Return how many columns the dense output of a program has."""
     from wheeltapper.march import dense
 
-    return dense.ENDED_OUT_COLUMNS if len(program.damper) else dense.OUT_COLUMNS
+    return dense.ENDED_OUT_COLUMNS if program.damper_ends else dense.OUT_COLUMNS
 
 
 def sample(program: Program, found: March, times: FloatArray) -> FloatArray:
@@ -349,8 +351,7 @@ def sample(program: Program, found: March, times: FloatArray) -> FloatArray:
     from wheeltapper.march.steps.written import scratch_for
 
     out = np.empty((len(times), _dense_column_count(program)))
-    law, damper = program.law_and_damper
-    dense(found.pieces, program.numbers, law, damper, found.steps, times, out, scratch_for(program))
+    dense(found.pieces, program.numbers, program.law_or_none, found.steps, times, out, scratch_for(program))
     return out
 
 
@@ -374,7 +375,7 @@ def integrals(program: Program, found: March, nodes: int) -> tuple[FloatArray, F
         np.zeros((len(found.steps), 2, _dense_column_count(program))),
     )
     dense.integrals(
-        found.pieces, program.numbers, *program.law_and_damper, found.steps, *rule, out, ends, scratch_for(program)
+        found.pieces, program.numbers, program.law_or_none, found.steps, *rule, out, ends, scratch_for(program)
     )
     return out, ends
 

@@ -26,8 +26,8 @@ for the whole march; `steps`, `events`, `peaks` and `stops` are tables that a ma
 loss or impact, each force maximum, each stop that the damper's end meets or leaves. `S` is scratch memory (layout.py):
 the series of the present step, the state from STATE on, the counts of the tables from COUNT on.
 
-`law` is None where the contact does not yield. `damper` and `stops` are None where the wheel itself holds the damper's
-end. Numba compiles each combination of types that is used, and leaves out the branches of the others.
+`law` is None where the contact does not yield: Numba compiles both, and leaves out the branches of the other. Without
+rows in `stops` none are kept.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ import numpy as np
 from wheeltapper.march import damper_hold, layout, step, telling
 from wheeltapper.march import events as event
 from wheeltapper.march import program as contract
-from wheeltapper.march.damper_hold import bush_rate, carry_end, damper_pull, held_contact_reach, held_flight_reach
+from wheeltapper.march.held_end import damper_ends
 from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import COUNT, FLIGHT_ORDER, MARK, STATE, N, T, U, W, Y, Z
-from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
+from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import NO_PIECE, deck_acceleration, enter_law, localise, localise_marks, path_at, rail_at
 from wheeltapper.march.steplength import BRIEFEST
@@ -92,8 +92,8 @@ def finish_contact_step(numbers: FloatArray, until: float, length: float, after:
 
 @uncounted_kernel
 def _contact_step(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, until: float,
-    steps: FloatArray, events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, until: float,
+    steps: FloatArray, events: FloatArray, peaks: FloatArray, stops: FloatArray, S: FloatArray,
 ) -> int:  # fmt: skip
     """Step in contact until something ends a step other than its length; return what."""
     order = int(numbers[contract.ORDER])
@@ -102,12 +102,12 @@ def _contact_step(
     if law is not None:
         choose_law(numbers, law, events, S)
     event.follow_on(event.force(numbers, 0.0, S[STATE + A], S[STATE + B], S), peaks, S)
-    if damper is not None and stops is not None:
-        reach, length, t, u, w, turns, bounded = held_contact_reach(pieces, numbers, damper, until, steps, stops, S)
+    if damper_ends(numbers):
+        reach, length, t, u, w, turns, bounded = damper_hold.held_contact_reach(pieces, numbers, until, steps, stops, S)
     elif law is not None:
         reach, length, t, u, w, turns, ends, follows = yielding_reach(pieces, numbers, law, until, steps, S)
     else:
-        length, t, u, w, turns = step.contact_advance(pieces, numbers, None, until, steps.shape[0] - 1, steps, S)
+        length, t, u, w, turns = step.contact_advance(pieces, numbers, until, steps.shape[0] - 1, steps, S)
         reach = length
     if length < reach:
         t, u, w = evaluate(S, T, order, length), evaluate(S, U, order, length), evaluate(S, W, order, length)
@@ -116,10 +116,9 @@ def _contact_step(
     length, what, after, u, w = step.contact_end(numbers, order, until - S[STATE + TIME], length, t, u, w, turns, S)
     whole = length == reach
     finish_contact_step(numbers, until, length, after, u, w, what, whole, turns, steps, events, peaks, S)
-    if damper is not None:
-        carry_end(damper, order, length, whole, S)
-        if what == step.NOTHING and bounded and numbers[contract.HYSTERESIS] != 0.0:
-            S[MARK + event.AT_BREAK] = 1.0  # the force's own rate may jump with the damper's force
+    damper_hold.carry_end(numbers, order, length, whole, S)
+    if what == step.NOTHING and bounded and numbers[contract.HYSTERESIS] != 0.0:
+        S[MARK + event.AT_BREAK] = 1.0  # the force's own rate may jump with the damper's force
     if law is not None and what == step.NOTHING and ends != step.NOTHING:
         change_law(pieces, numbers, law, ends, follows, length, after, events, peaks, S)
         return ends
@@ -146,8 +145,8 @@ def enter_phase(numbers: FloatArray, what: int, length: float, events: FloatArra
 
 @uncounted_kernel
 def _flight_step(
-    pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, until: float, steps: FloatArray,
-    events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, until: float, steps: FloatArray,
+    events: FloatArray, peaks: FloatArray, stops: FloatArray, S: FloatArray,
 ) -> int:  # fmt: skip
     """Make one step in flight, released or bonded; return what ended it."""
     time = S[STATE + TIME]
@@ -155,14 +154,14 @@ def _flight_step(
     released = S[STATE + PHASE] == contract.RELEASED
     bonded = numbers[contract.BILATERAL] != 0.0
     deck_y, deck_v = S[STATE + DECK_Y], S[STATE + DECK_V]
-    if damper is not None and stops is not None:
-        reach = held_flight_reach(pieces, numbers, damper, reach, stops, S)
+    if damper_ends(numbers):
+        reach = damper_hold.held_flight_reach(pieces, numbers, reach, stops, S)
     else:
-        step.free_series(pieces, numbers, None, S)
+        step.free_series(pieces, numbers, S)
     if S[COUNT + layout.OPENED] != 0.0:  # this flight begins where the indentation is zero
         S[layout.CLEAR] = 0.0
     length, what = step.flight_end(numbers, released, reach, S)
-    if damper is not None and what == step.BREAK and reach < until - time:
+    if damper_ends(numbers) and what == step.BREAK and reach < until - time:
         what = step.NOTHING
     event.follow_on(S[N] if bonded else 0.0, peaks, S)
     if bonded:
@@ -172,8 +171,7 @@ def _flight_step(
     if what == step.BREAK:
         event.follow_to_break(until, evaluate(S, N, FLIGHT_ORDER, length) if bonded else 0.0, peaks, S)
     event.log_step(length, steps, S)
-    if damper is not None:
-        carry_end(damper, FLIGHT_ORDER, length, False, S)
+    damper_hold.carry_end(numbers, FLIGHT_ORDER, length, False, S)
     y = evaluate(S, U, FLIGHT_ORDER, length)
     v = evaluate(S, W, FLIGHT_ORDER, length)
     if numbers[contract.DECK_MASS] > 0.0:
@@ -202,13 +200,11 @@ def next_break(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> float:
 
 
 @uncounted_kernel
-def _leave_rest(numbers: FloatArray, damper: FloatArray | None, S: FloatArray) -> None:
+def _leave_rest(numbers: FloatArray, S: FloatArray) -> None:
     """Leave the rest point u = w = 0 of the regularised system along the motion that it starts, if it starts one."""
     y, v = rail_at(0.0, S[STATE:], S)
     v -= S[STATE + B]
-    a = event.free_acceleration(numbers, y, v, S)
-    if damper is not None:
-        a += damper_pull(damper, v, S)
+    a = event.free_acceleration(numbers, y, v, S) + damper_hold.damper_pull(numbers, v, S)
     if a > 0.0:
         after = event.LEAP * min(sqrt(2.0 / a), event.BRIEF)
         rise = deck_acceleration(numbers, S[STATE + DECK_Y], S[STATE + DECK_V], S[STATE + ON_DECK] != 0.0, 0.0)
@@ -216,8 +212,7 @@ def _leave_rest(numbers: FloatArray, damper: FloatArray | None, S: FloatArray) -
         S[STATE + B] = a * after
         S[STATE + DECK_Y] += (S[STATE + DECK_V] + 0.5 * rise * after) * after
         S[STATE + DECK_V] += rise * after
-        if damper is not None:
-            S[STATE + contract.END_DEFLECTION] += bush_rate(damper, v, S) * after
+        S[STATE + contract.END_DEFLECTION] += damper_hold.bush_rate(numbers, v, S) * after
         S[STATE + TIME] += after
         S[COUNT + layout.OPENED] = 0.0
     else:
@@ -244,8 +239,8 @@ def _cross_break(pieces: FloatArray, numbers: FloatArray, law: FloatArray | None
 
 @uncounted_kernel
 def advance_kernel(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
-    events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, steps: FloatArray,
+    events: FloatArray, peaks: FloatArray, stops: FloatArray, S: FloatArray,
 ) -> int:  # fmt: skip
     """Make the next step (in contact all up to one that may hold an event), over a breakpoint at its end.
 
@@ -259,7 +254,7 @@ def advance_kernel(
         return contract.FULL
     if law is not None and S[COUNT + layout.PIECES] + 1 > pieces.shape[0]:
         return contract.FULL
-    if stops is not None and S[COUNT + layout.STOPS] + 4 > stops.shape[0]:
+    if 0 < stops.shape[0] < S[COUNT + layout.STOPS] + 4:
         return contract.FULL
     if S[COUNT + layout.SEEN] != 0.0:
         if event.is_free(S[STATE + PHASE]):
@@ -275,12 +270,12 @@ def advance_kernel(
         enter_law(NO_PIECE, law, S)
     in_contact = event.is_contact_phase(S[STATE + PHASE])
     if in_contact and S[STATE + A] == 0.0 and abs(S[STATE + B]) < event.GRAZE:
-        _leave_rest(numbers, damper, S)
+        _leave_rest(numbers, S)
         return contract.RUNNING
     if in_contact:
-        what = _contact_step(pieces, numbers, law, damper, until, steps, events, peaks, stops, S)
+        what = _contact_step(pieces, numbers, law, until, steps, events, peaks, stops, S)
     else:
-        what = _flight_step(pieces, numbers, damper, until, steps, events, peaks, stops, S)
+        what = _flight_step(pieces, numbers, until, steps, events, peaks, stops, S)
     S[COUNT + layout.OPENED] = 1.0 if what == step.OPENS else 0.0
     state = S[STATE + TIME] + S[STATE + A] + S[STATE + B] + S[STATE + DECK_Y] + S[STATE + DECK_V]
     if step.is_bad(state + S[STATE + contract.END_DEFLECTION]):
@@ -298,13 +293,13 @@ def advance_kernel(
 
 @uncounted_kernel
 def march_kernel(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
-    events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, steps: FloatArray,
+    events: FloatArray, peaks: FloatArray, stops: FloatArray, S: FloatArray,
 ) -> int:  # fmt: skip
     """March from the state in S until the end, or until a table is full; return why it stopped. May be called again."""
     status = contract.RUNNING
     while status == contract.RUNNING:
-        status = advance_kernel(pieces, numbers, law, damper, steps, events, peaks, stops, S)
+        status = advance_kernel(pieces, numbers, law, steps, events, peaks, stops, S)
     return status
 
 
@@ -312,7 +307,9 @@ def march_kernel(
 def start_from(pieces: FloatArray, numbers: FloatArray, y: float, v: float, deck_y: float, deck_v: float, events: FloatArray, S: FloatArray) -> None:  # fmt: skip
     """Set the state at time zero from displacement and velocity of the wheel and of the deck."""
     event.reset_force_trend(S)
-    S[STATE : STATE + LENGTH] = 0.0
+    S[STATE : STATE + contract.ENDED_COLUMNS] = 0.0
+    if damper_ends(numbers):
+        damper_hold.start_end(numbers, y, S)
     S[STATE + SHIFT] = numbers[contract.START_SHIFT]
     S[STATE + DECK_Y] = deck_y
     S[STATE + DECK_V] = deck_v
@@ -356,14 +353,14 @@ class _Tables(NamedTuple):
     steps: FloatArray
     events: FloatArray
     peaks: FloatArray
-    stops: FloatArray | None
+    stops: FloatArray
     pieces: FloatArray
 
     @staticmethod
     def empty_tables(program: contract.Program) -> _Tables:
         """Return room for a first few thousand steps and their events; a spot that remembers adds pieces."""
-        columns, stops, pieces = contract.STEP_COLUMNS, None, program.pieces
-        if len(program.damper):
+        columns, stops, pieces = contract.STEP_COLUMNS, contract.NO_STOPS, program.pieces
+        if program.damper_ends:
             columns, stops = contract.ENDED_COLUMNS, np.empty((256, contract.STOP_COLUMNS))
         if program.numbers[contract.MEMORY] != 0.0:
             pieces = np.vstack([pieces, np.zeros((64, pieces.shape[1]))])
@@ -373,8 +370,7 @@ class _Tables(NamedTuple):
     def larger(self, work: FloatArray) -> _Tables:
         """Return the tables, those twice as long that are three quarters full."""
         longer: Any = (
-            None if table is None else telling.grown_table(table, rows)
-            for table, rows in zip(self, work[COUNT + USED], strict=True)
+            telling.grown_table(table, rows) for table, rows in zip(self, work[COUNT + USED], strict=True)
         )  # fmt: skip
         return _Tables(*longer)
 
@@ -385,7 +381,7 @@ USED = np.array([layout.STEPS, layout.EVENTS, layout.PEAKS, layout.STOPS, layout
 
 def _arguments(program: contract.Program, tables: _Tables, room: FloatArray, work: FloatArray) -> tuple[Any, ...]:
     tables = tables._replace(steps=room)
-    return tables.pieces, program.numbers, *program.law_and_damper, *tables[:-1], work
+    return tables.pieces, program.numbers, program.law_or_none, *tables[:-1], work
 
 
 def march(
@@ -399,8 +395,6 @@ def march(
         start_from(program.pieces, program.numbers, *motion, tables.events, work)
     if program.numbers[contract.MEMORY] != 0.0:
         work[COUNT + layout.PIECES] = len(program.pieces)
-    if len(program.damper):
-        damper_hold.start_end(program.numbers, program.damper, work)
     while True:
         room = tables.steps[: int(work[COUNT + layout.STEPS]) + telling.CHUNK]
         status = march_kernel(*_arguments(program, tables, room, work))
@@ -409,8 +403,6 @@ def march(
         tables = tables.larger(work)
     used = work[COUNT + USED].astype(int)
     used[-1] = max(used[-1], len(program.pieces))
-    steps, events, peaks, stops, pieces = (
-        contract.NO_STOPS if table is None else table[:rows] for table, rows in zip(tables, used, strict=True)
-    )
+    steps, events, peaks, stops, pieces = (table[:rows] for table, rows in zip(tables, used, strict=True))
     state = work[STATE : STATE + tables.steps.shape[1]].copy()
     return March(status, steps, events, peaks, state, stops, pieces)

@@ -7,7 +7,7 @@ import numpy as np
 from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import is_contact_phase
-from wheeltapper.march.held_end import hold_end
+from wheeltapper.march.held_end import damper_ends, hold_end
 from wheeltapper.march.kernel import uncounted_kernel
 from wheeltapper.march.layout import STATE, N, T, U, W
 from wheeltapper.march.program import LENGTH, ON_DECK, PIECE, FloatArray
@@ -46,8 +46,7 @@ def fastest_rate(numbers: FloatArray, suspension: float, S: FloatArray) -> float
 
 @uncounted_kernel
 def contact_advance(
-    pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, until: float, limit: int, steps: FloatArray,
-    S: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, until: float, limit: int, steps: FloatArray, S: FloatArray
 ) -> tuple[float, float, float, float, bool]:  # fmt: skip
     """Put the series of the next contact step that may hold an event in S, making the steps before it.
 
@@ -55,19 +54,19 @@ def contact_advance(
     `steps` stay free.
     """
     yields = bool(S[layout.HERE_LAW_TERMS] != 0.0)
-    number = variant_of(numbers, pieces[int(S[STATE + PIECE])], yields, damper is not None)
+    number = variant_of(numbers, pieces[int(S[STATE + PIECE])], yields)
     if S[layout.FUNCTIONS + number] == 0.0:
         return np.nan, np.nan, np.nan, np.nan, True  # nobody has written it
     return call_one(S[layout.FUNCTIONS + number], numbers, pieces, until, limit, steps, S)
 
 
 @uncounted_kernel
-def free_series(pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, S: FloatArray) -> None:
+def free_series(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> None:
     """Put the series of a step in time from the state in S there: U (y), W (v), CLEAR (y_k + Y - y), Y and Z of a deck.
 
     In a bilateral contact N = factor·(y_k + Y - y), tension included, too; BUSH of a damper's end.
     """
-    number = free_variant_of(numbers, damper is not None)
+    number = free_variant_of(numbers)
     if S[layout.FUNCTIONS + number] == 0.0:
         S[U] = np.nan  # nobody has written it
         return
@@ -75,19 +74,17 @@ def free_series(pieces: FloatArray, numbers: FloatArray, damper: FloatArray | No
 
 
 @uncounted_kernel
-def repeat_step(
-    pieces: FloatArray, numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray
-) -> None:
+def repeat_step(pieces: FloatArray, numbers: FloatArray, state: FloatArray, S: FloatArray) -> None:
     """Put the series of one step from a state (or a row of steps) in S, whose piece stands there."""
     for k in range(state.shape[0]):
         if k != LENGTH:
             S[STATE + k] = state[k]
-    if damper is not None:
-        hold_end(damper, state[contract.END_MODE], S)
+    if damper_ends(numbers):
+        hold_end(numbers, state[contract.END_MODE], S)
     if is_contact_phase(state[contract.PHASE]):
-        contact_advance(pieces, numbers, damper, np.inf, 0, pieces, S)
+        contact_advance(pieces, numbers, np.inf, 0, pieces, S)
     else:
-        free_series(pieces, numbers, damper, S)
+        free_series(pieces, numbers, S)
 
 
 @uncounted_kernel

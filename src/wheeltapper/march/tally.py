@@ -30,14 +30,14 @@ def _note_position(height: float, time: float, tally: FloatArray) -> None:
 
 @uncounted_kernel
 def _note_highest(
-    numbers: FloatArray, damper: FloatArray | None, step: FloatArray, lo: float, hi: float, tally: FloatArray,
+    numbers: FloatArray, step: FloatArray, lo: float, hi: float, tally: FloatArray,
     S: FloatArray, point: FloatArray,
 ) -> None:  # fmt: skip
     """Note the highest position between two places of the prepared step between which the wheel stops rising."""
     after = 0.0
     for _ in range(60):
         middle = 0.5 * (lo + hi)
-        after = fill_row(numbers, damper, step, middle, S, point)
+        after = fill_row(numbers, step, middle, S, point)
         if point[OUT_WHEEL_V] > 0.0:
             lo = middle
         else:
@@ -47,14 +47,14 @@ def _note_highest(
 
 @uncounted_kernel
 def tally_kernel(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, steps: FloatArray,
     count: int, tally: FloatArray, impulses: FloatArray, S: FloatArray, point: FloatArray,
 ) -> None:  # fmt: skip
     """Add the first `count` steps to a cell's tally, and their impulses to the rows of `impulses`."""
     for i in range(count):
         step = steps[i]
         flying = is_free(step[PHASE])
-        prepare_step(pieces, numbers, law, damper, step, S)
+        prepare_step(pieces, numbers, law, step, S)
         if flying:
             tally[STILL_OPEN] = 0.0
         elif tally[FLEW] != 0.0:
@@ -63,16 +63,16 @@ def tally_kernel(
             tally[CONTACTS] += 1.0
         tally[FLEW] = 1.0 if flying else 0.0
         if tally[BEGUN] == 0.0:
-            fill_row(numbers, damper, step, 0.0, S, point)
+            fill_row(numbers, step, 0.0, S, point)
             _note_position(point[OUT_WHEEL_Y], step[TIME], tally)
             tally[BEGUN], tally[RISES] = 1.0, 1.0 if point[OUT_WHEEL_V] > 0.0 else 0.0
         if tally[STILL_OPEN] != 0.0:
             impulses[int(tally[CONTACTS]) - 1] += impulse(numbers, step, S)
-        after = fill_row(numbers, damper, step, step[LENGTH], S, point)
+        after = fill_row(numbers, step, step[LENGTH], S, point)
         _note_position(point[OUT_WHEEL_Y], step[TIME] + after, tally)
         rises = point[OUT_WHEEL_V] > 0.0
         if tally[RISES] != 0.0 and not rises:  # steps are too short for the wheel to turn twice
-            _note_highest(numbers, damper, step, 0.0, step[LENGTH], tally, S, point)
+            _note_highest(numbers, step, 0.0, step[LENGTH], tally, S, point)
         tally[RISES] = 1.0 if rises else 0.0
 
 

@@ -27,7 +27,7 @@ from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import localise
 from wheeltapper.march.step import repeat_step
 from wheeltapper.march.steps.calling import call_turned
-from wheeltapper.march.steps.variants import FLIES, OF_LOSSY, OF_YIELDING, free_variant_of, is_lossy, variant_of
+from wheeltapper.march.steps.variants import FLIES, OF_ENDED, OF_LOSSY, free_variant_of, is_lossy, variant_of
 from wheeltapper.march.tangent_events import AFTER, FIRST, FOURTH, SECOND, THIRD
 from wheeltapper.march.tangent_lanes import LINK_ROWS, Links, follow_link, link_steps
 from wheeltapper.march.tangent_path import DA, DB, DBREAK, DT, DY, DZ, LANES
@@ -48,13 +48,13 @@ def _differentiate(
     S: FloatArray, D: FloatArray,
 ) -> None:  # fmt: skip
     """Put the series of a step in S, and their changes at fixed s, or in flight at fixed time, in D."""
-    repeat_step(pieces, numbers, None, step, S)
+    repeat_step(pieces, numbers, step, S)
     if step[PHASE] == contract.CONTACT:
-        number = variant_of(numbers, pieces[int(step[PIECE])], False, False)
+        number = variant_of(numbers, pieces[int(step[PIECE])], False)
         if lossy and not is_lossy(number):  # what is differentiated counts as there
             number += OF_LOSSY
     else:
-        number = free_variant_of(numbers, False) - FLIES + OF_YIELDING
+        number = free_variant_of(numbers) - FLIES + OF_ENDED
     if S[layout.DERIVATIVES + number] == 0.0:
         D[:] = np.nan  # nobody has written it
         return
@@ -326,7 +326,7 @@ def _turns_near(step: FloatArray, end: FloatArray) -> bool:
 def _approach(pieces: FloatArray, numbers: FloatArray, step: FloatArray, end: FloatArray, S: FloatArray) -> float:
     """Return how near a localised contact step comes to grazing."""
     order = int(numbers[contract.ORDER])
-    repeat_step(pieces, numbers, None, step, S)
+    repeat_step(pieces, numbers, step, S)
     return tangent_events.closest_approach(step, order, end[FIRST], end[SECOND], S)
 
 

@@ -47,7 +47,7 @@ def sample_point(
     x = time - step[TIME]
     if contact:
         x = time_to(S, order, step[LENGTH], x) if x > 0.0 else 0.0
-    after = dense.fill_row(numbers, None, step, x, S, here)
+    after = dense.fill_row(numbers, step, x, S, here)
     delta_v = here[dense.OUT_DELTA_V]
     u, bend = 0.0, parting(here, on_deck)
     point[FORCE, RATE] = evaluate_derivative(S, N, order, x) if bonded else 0.0

@@ -251,7 +251,7 @@ def yielding_reach(
     order = int(numbers[contract.ORDER])
     memory = numbers[contract.MEMORY] != 0.0
     _bound_law(law, S)
-    reach, t, u, w, turns = contact_advance(pieces, numbers, None, until, steps.shape[0] - 1, steps, S)
+    reach, t, u, w, turns = contact_advance(pieces, numbers, until, steps.shape[0] - 1, steps, S)
     length, what, follows = reach, NOTHING, NO_PIECE
     if S[layout.HERE_LAW_TERMS] != 0.0:
         length, what, follows = _yielding_end(law, order, reach, memory, S)

@@ -26,10 +26,8 @@ def bush_energy(lowered: Lowered, ends: FloatArray) -> float:
     """Return the elastic energy of the bush (scaled), from a row of the dense output."""
     from wheeltapper.march import dense
 
-    damper = lowered.program.damper
-    if not len(damper) or damper[contract.DAMPER_BUSH] == 0.0:
-        return 0.0
-    return float(0.5 * ends[dense.OUT_DAMPER_FORCE] ** 2 / damper[contract.DAMPER_BUSH])
+    bush = lowered.program.numbers[contract.DAMPER_BUSH]
+    return float(0.5 * ends[dense.OUT_DAMPER_FORCE] ** 2 / bush) if bush > 0.0 else 0.0
 
 
 def stop_events(stops: FloatArray, unit: float, wheelset: NDArray[np.int64] | None) -> xr.Dataset:

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from wheeltapper.march.single import March
 
 FloatArray = NDArray[np.float64]
+KEPT = contract.DAMPER_DAMPING
+"""Of a program's numbers those of a damper with an end are a table of their own in files, where there is one."""
 LATER = {contract.START_SHIFT: 0.0, contract.LAST_IMPACT: -1.0, contract.LAST_LOSS: -1.0, contract.MEMORY: 0.0}
 """Numbers of a program that older files lack, and the values that they have for such files."""
 
@@ -64,7 +66,7 @@ def _sample(scenario: Scenario, lowered: Lowered, march: March, times: FloatArra
         out["deck_displacement"] = along, rows[:, dense.OUT_DECK_Y] * length
         out["deck_velocity"] = along, rows[:, dense.OUT_DECK_V] * speed
         out["deck_acceleration"] = along, rows[:, dense.OUT_DECK_A] * acceleration
-    if len(lowered.program.damper):
+    if lowered.program.damper_ends:
         out["damper_end_displacement"] = along, rows[:, dense.OUT_END_Y] * length
         out["damper_force"] = along, rows[:, dense.OUT_DAMPER_FORCE] * force
     return out
@@ -81,13 +83,13 @@ def _tables(lowered: Lowered, march: March) -> tuple[dict[str, Any], dict[str, A
     units = [lowered.length, lowered.time, lowered.force, lowered.static_force, lowered.contact_constant]
     out = {
         "program_pieces": (("piece", "piece_column"), march.pieces),
-        "program_numbers": (("number",), program.numbers),
+        "program_numbers": (("number",), program.numbers[:KEPT]),
         "units": (("unit",), np.array(units)),
     }
     if len(program.law):
         out["program_law"] = (("law_piece", "law_column"), program.law)
-    if len(program.damper):
-        out["program_damper"] = (("damper_entry",), program.damper)
+    if program.damper_ends:
+        out["program_damper"] = (("damper_entry",), program.numbers[KEPT:])
         out["march_stops"] = (("damper_event", "stop_column"), march.stops)
     return out, {"loop": [lowered.table.loop, lowered.table.loop_join]}
 
@@ -116,20 +118,21 @@ def _program_of(data: xr.Dataset) -> tuple[Program, int, int]:
         check("program_law", starts, np.diff(starts, prepend=-np.inf) > 0.0, "rising starts")
         check("program_law", law[:, contract.LAW_SCALE], law[:, contract.LAW_SCALE] > 0.0, "positive scales")
         table(data, "program_pieces", None, contract.MARKED_COLUMNS, ends=True)
-    numbers = table(data, "program_numbers", range(contract.START_SHIFT, contract.NUMBERS + 1), ends=True)
-    numbers = np.append(numbers, [LATER[k] for k in range(len(numbers), contract.NUMBERS)])
-    open_ended = np.isin(np.arange(contract.NUMBERS), (contract.DECK_FROM, contract.DECK_TO))
+    numbers = table(data, "program_numbers", range(contract.START_SHIFT, KEPT + 1), ends=True)
+    numbers = np.append(numbers, [LATER[k] for k in range(len(numbers), KEPT)])
+    open_ended = np.isin(np.arange(KEPT), (contract.DECK_FROM, contract.DECK_TO))
     check("program_numbers", numbers, np.isfinite(numbers) | open_ended, "finite numbers")
     if numbers[contract.ORDER] not in (contract.DEFAULT_ORDER, contract.STRICT_ORDER):
         raise InputError("", "program_numbers", f"the order {numbers[contract.ORDER]:g}", UNDAMAGED)
     loop, join = _loop(data, len(pieces))
     check_whole("program_numbers", numbers[[contract.LOOP]], loop, loop)
     stored.check_pieces("program_pieces", pieces)
-    damper = contract.PLAIN
+    damper = np.zeros(contract.NUMBERS - KEPT)
     if "program_damper" in data.variables:
-        damper = table(data, "program_damper", contract.DAMPER_ENTRIES)
-        check("program_damper", damper, (damper >= 0.0) | (np.arange(len(damper)) == contract.DAMPER_START), "positive")
-    return Program(pieces, numbers, law, damper), loop, join
+        damper = table(data, "program_damper", len(damper))
+        start = contract.DAMPER_START - KEPT
+        check("program_damper", damper, (damper >= 0.0) | (np.arange(len(damper)) == start), "positive")
+    return Program(pieces, np.append(numbers, damper), law), loop, join
 
 
 def _loop(data: xr.Dataset, count: int) -> tuple[int, int]:
@@ -148,7 +151,7 @@ def _march_of(data: xr.Dataset, program: Program) -> March:
     from wheeltapper.march.single import March
 
     status = stored.status_of(data)
-    width = contract.ENDED_COLUMNS if len(program.damper) else contract.STEP_COLUMNS
+    width = contract.ENDED_COLUMNS if program.damper_ends else contract.STEP_COLUMNS
     state = table(data, "march_state", range(contract.LENGTH, width + 1), anything=status == contract.NOT_FINITE)
     end = float(state[contract.TIME])
     check("march_state", state[[contract.TIME]], 0.0 < end < np.inf, "a positive time")
@@ -159,7 +162,7 @@ def _march_of(data: xr.Dataset, program: Program) -> March:
         check_whole("march_steps", rows[:, contract.PIECE], 0, len(program.pieces) - 1)
         check_whole("march_steps", rows[:, contract.ON_DECK], 0, 1)
     stops = contract.NO_STOPS
-    if len(program.damper):
+    if program.damper_ends:
         check_whole("march_steps", steps[:, contract.END_MODE], contract.LOWER, contract.LINKED)
         stops = table(data, "march_stops", None, contract.STOP_COLUMNS)
         stored.rising("march_stops", stops[:, contract.STOP_TIME], end)

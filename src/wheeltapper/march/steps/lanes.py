@@ -99,6 +99,7 @@ def given(terms: Terms) -> list[str]:
     names |= _PATH if terms.path == BENT else {}
     names |= (_MOTION | _DECK if terms.deck else {}) | ({"eta": "LANE_ETA"} if terms.hysteresis else {})
     names |= (_END if terms.end else {}) | (_LAW if terms.yields else {})
+    names |= {"y0": "LANE_LEVEL"} if terms.end and terms.path == FLAT else {}
     out = read(names)
     if terms.path == BENT:
         out += ["at_y = pace * time - origin", "rate_y = pace", *read_block("piece_y", "LANE_PATH")]
@@ -136,30 +137,45 @@ def series(terms: Terms, order: int) -> list[str]:
 
 def _length(terms: Terms, order: int) -> list[str]:
     """Return lines for h1, as in steplength.py."""
-
-    def largest(n: int) -> str:
-        out = "FLOOR"
-        for term in common.last_terms(terms, n):
-            out = f"max({term}, {out})"
-        return out
-
+    out = _reaching("reach", order, common.last_terms(terms, order - 1), common.last_terms(terms, order), "goal")
+    if terms.end:
+        few = order - 2
+        out += [f"earlier = goal * {(few - 1) / (order - 1)!r} + FORGIVEN", "gain = max(1.0, bush)"]
+        out += _reaching("sooner", few, common.last_terms(terms, few - 1), common.last_terms(terms, few), "earlier")
+        out += _reaching("giving", order, [f"gain * abs(e{order - 1})"], [f"gain * abs(e{order})"], "goal")
+        out += ["reach_of_all = min(reach, min(sooner, giving))"]
+    reach = "reach_of_all" if terms.end else "reach"
     return [
-        f"before = {largest(order - 1)}",
-        f"last = {largest(order)}",
-        f"start = UNIT * (goal / {order - 1} + LOG_SAFETY + BIAS)",
-        f"first = start + (UNIT * BIAS - np.float64(np.float64(before).view(np.int64))) / {order - 1}",
-        f"second = start + (UNIT * BIAS - np.float64(np.float64(last).view(np.int64))) / {order}",
-        "reach = min(LONGEST, np.int64(min(first, second)).view(np.float64))",
-        f"h1 = min(reach, STABLE * {order}.0 / max({common.fastest(terms)}, FLOOR))"
+        *out,
+        f"h1 = min({reach}, STABLE * {order}.0 / max({common.fastest(terms)}, FLOOR))"
         if _may_be_fast(terms)
-        else "h1 = reach",
+        else f"h1 = {reach}",
         *common.powers_of_length(order),
     ]
 
 
+def _reaching(name: str, n: int, before: list[str], last: list[str], goal: str) -> list[str]:
+    """Return lines for the length at which terms n - 1 and n reach a goal."""
+    return [
+        f"{name}_before = {_largest(before)}",
+        f"{name}_last = {_largest(last)}",
+        f"{name}_start = UNIT * ({goal} / {n - 1} + LOG_SAFETY + BIAS)",
+        f"{name}_first = {name}_start + (UNIT * BIAS - np.float64(np.float64({name}_before).view(np.int64))) / {n - 1}",
+        f"{name}_second = {name}_start + (UNIT * BIAS - np.float64(np.float64({name}_last).view(np.int64))) / {n}",
+        f"{name} = min(LONGEST, np.int64(min({name}_first, {name}_second)).view(np.float64))",
+    ]
+
+
+def _largest(terms: list[str]) -> str:
+    out = "FLOOR"
+    for term in terms:
+        out = f"max({term}, {out})"
+    return out
+
+
 def _may_be_fast(terms: Terms) -> bool:
     """Return False where cells whose suspension limits a step do not come: they take the path for a bent one."""
-    return terms.path == BENT or terms.hysteresis or terms.deck
+    return terms.path == BENT or terms.hysteresis or terms.deck or terms.end
 
 
 def contact_source(terms: Terms, order: int) -> str:
@@ -167,6 +183,7 @@ def contact_source(terms: Terms, order: int) -> str:
     rows = {"LANE_U": ("u", order), "LANE_W": ("w", order)}
     rows |= {"LANE_Y": ("Y", order), "LANE_V": ("Z", order)} if terms.deck else {}
     rows |= {"LANE_N": ("N", order - 1)} if common.follows_force(terms) else {}
+    rows |= {"LANE_E": ("e", order)} if terms.end else {}
     names = [f"{name}{n}" for name, last in rows.values() for n in range(last + 1)]
     body = [*given(terms), *read({"until": "LANE_UNTIL", "goal": "LANE_GOAL"}), *needed(series(terms, order), names)]
     body += [*_length(terms, order), *common.ends(terms, order)]
@@ -177,6 +194,10 @@ def contact_source(terms: Terms, order: int) -> str:
         body += [f"Y = {common.at_end('Y', order)}", f"Z = {common.at_end('Z', order)}"]
         moved |= {"LANE_DECK_Y": ("Y", "Y0"), "LANE_DECK_V": ("Z", "Z0")}
         found |= {"LANE_DECK_Y_END": "Y", "LANE_DECK_V_END": "Z"}
+    if terms.end:
+        body += [f"e = {common.at_end('e', order)}"]
+        moved |= {"LANE_BUSH_Y": ("e", "e0")}
+        found |= {"LANE_BUSH_Y_END": "e"}
     found |= {"LANE_HOLDS": "1.0 if holds else 0.0"} if terms.hysteresis else {}
     found |= {"LANE_CALM": "1.0 if calm else 0.0", "LANE_GO": "1.0 if go else 0.0"}
     body += [f"{at(row)} = {behind} if go else {before}" for row, (behind, before) in moved.items()]
@@ -193,8 +214,10 @@ def free_source(terms: Free) -> str:
     order = int(FLIGHT_ORDER)
     body = [*given_in_time(terms), *read({"until": "LANE_UNTIL", "fresh": "LANE_FRESH"})]
     fast = "np.sqrt(K) + G + abs(omega)" + (" + np.sqrt(deck_stiff) + deck_drag" if terms.deck else "")
+    fast += " + np.sqrt(bush) + bush_rate" if terms.end else ""
     body += [f"x = min(min(16.0, 2.0 / max({fast}, 0.001)), until - time)", f"{at('LANE_LENGTH')} = x"]
     rows = {"LANE_Y": "y", "LANE_V": "v"} | ({"LANE_U": "Y", "LANE_W": "Z"} if terms.deck else {})
+    rows |= {"LANE_E": "e"} if terms.end else {}
     wanted = [f"{name}{n}" for name in (*rows.values(), "clear") for n in range(order + 1)]
     body += needed(coefficients(free(terms), order), wanted)
     body += [line for row, name in rows.items() for line in written(row, name, order)]
@@ -216,9 +239,10 @@ def free_end_source(terms: Free) -> str:
     rises = [at("LANE_RAIL", 1), *(f"{n}.0 * {at('LANE_RAIL', n)}" for n in range(2, order + 1))]
     ends_at = {"LANE_U_END": "LANE_Y", "LANE_W_END": "LANE_V"}
     ends_at |= {"LANE_DECK_Y_END": "LANE_U", "LANE_DECK_V_END": "LANE_W"} if terms.deck else {}
+    ends_at |= {"LANE_BUSH_Y_END": "LANE_E"} if terms.end else {}
     body = ["x = L[LANE_T_ROOT + i]", *(f"{at(end)} = {value(row)}" for end, row in ends_at.items())]
     body += [f"{at('LANE_W_ROOT')} = {horner(rises, 'x')} - {at('LANE_W_END')}"]
-    return function(f"lanes_{terms.name}_end_{order}", "Evaluate flights: y, v, and the indentation's rate.", body)
+    return function(f"lanes_end_of_{terms.name}_{order}", "Evaluate flights: y, v, and the indentation's rate.", body)
 
 
 # -- what ends a step --------------------------------------------------------------------------------------------------
@@ -324,8 +348,17 @@ def at_root(order: int) -> str:
 
 def deck_at_end(order: int) -> str:
     """Return the function that evaluates the deck's motion at the end of a shortened step."""
+    return _at_end("deck", {"LANE_Y": "LANE_DECK_Y_END", "LANE_V": "LANE_DECK_V_END"}, order)
+
+
+def bush_at_end(order: int) -> str:
+    """Return the function that evaluates the deflection of a damper's bush there."""
+    return _at_end("bush", {"LANE_E": "LANE_BUSH_Y_END"}, order)
+
+
+def _at_end(name: str, rows: dict[str, str], order: int) -> str:
     body = ["x = L[LANE_LENGTH + i]", "shorter = L[LANE_ENDS + i] != 0.0"]
-    for row, end in (("LANE_Y", "LANE_DECK_Y_END"), ("LANE_V", "LANE_DECK_V_END")):
+    for row, end in rows.items():
         value = horner([at(row, n) for n in range(order + 1)], "x")
         body.append(f"{at(end)} = {value} if shorter else {at(end)}")
-    return function(f"deck_at_end_{order}", "Evaluate the deck's motion at the end of a shortened step.", body)
+    return function(f"{name}_at_end_{order}", f"Evaluate the {name} at the end of a shortened step.", body)

@@ -8,6 +8,7 @@ from typing import cast
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.held_end import damper_ends
 from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.steplength import SLOW
@@ -15,15 +16,15 @@ from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms
 
 PATHS = (FLAT, WAVE, BENT)
 OVER_WAVE, OVER_BENT = 1, 2
-OF_LOSSY, OF_DECK, OF_YIELDING, OF_ENDED = 3, 6, 12, 16
-"""Where in their list terms stand, from the number of the path on."""
+OF_LOSSY, OF_DECK, OF_ENDED, OF_YIELDING = 3, 6, 12, 20
+"""Where in their list terms stand, from the number of the path on; with a damper's end there are two paths."""
 VARIANTS = (
     *(Terms(path, lossy, deck) for deck in (False, True) for lossy in (False, True) for path in PATHS),
-    *(Terms(path, deck=deck, yields=True) for deck in (False, True) for path in (FLAT, BENT)),
     *(
         Terms(path, lossy, deck, end=True)
         for deck in (False, True) for lossy in (False, True) for path in (FLAT, BENT)
     ),
+    *(Terms(path, deck=deck, yields=True) for deck in (False, True) for path in (FLAT, BENT)),
 )  # fmt: skip
 """What a contact step may have, by the number of its function."""
 FLIES = len(VARIANTS)
@@ -33,7 +34,7 @@ FREE = tuple(
 """What a step in time may have, by the number of its function, counted from FLIES."""
 ONE_WHEEL = FLIES + len(FREE)
 """How many functions one wheel has."""
-TURNED = OF_YIELDING + sum(not terms.end for terms in FREE)
+TURNED = OF_ENDED + sum(not terms.end for terms in FREE)
 """How many functions differentiate its steps: of elastic contacts, then of steps in time without a damper's end."""
 
 
@@ -44,14 +45,14 @@ def _numbered(*counts: int) -> tuple[int, ...]:
 
 (
     STEPS, FLIGHTS, FLIGHT_ENDS, SEEK_LOSS, SEEK_TURN, SEEK_EXTREME, SEEK_TIME, SCAN, SHARPEN, AT_ROOT, DECK_AT_END,
-    SCAN_FLIGHT, SHARPEN_FLIGHT, BASES, ALONGS, TURN_PATH, IN_LANES,
-) = _numbered(OF_YIELDING, 2, 2, *(1,) * 10, OF_YIELDING, OF_YIELDING, 1)  # fmt: skip
-"""Functions of eight cells at a time: steps of each kind, flights beside a deck and over one, and what ends them; then
-tangents of steps of each kind. IN_LANES is how many there are."""
+    BUSH_AT_END, SCAN_FLIGHT, SHARPEN_FLIGHT, BASES, ALONGS, TURN_PATH, IN_LANES,
+) = _numbered(OF_YIELDING, 4, 4, *(1,) * 11, OF_ENDED, OF_ENDED, 1)  # fmt: skip
+"""Functions of eight cells at a time: steps of each kind, flights beside a deck and over one, the same with a bush, and
+what ends them; then tangents of steps of each kind. IN_LANES is how many there are."""
 
 
 @uncounted_kernel
-def variant_of(numbers: FloatArray, piece: FloatArray, yields: bool, ended: bool) -> int:
+def variant_of(numbers: FloatArray, piece: FloatArray, yields: bool) -> int:
     """Return the number of the function that makes contact steps over a piece of the path."""
     lossy = 1 if numbers[contract.HYSTERESIS] != 0.0 else 0
     deck = 1 if numbers[contract.DECK_MASS] > 0.0 else 0
@@ -59,7 +60,7 @@ def variant_of(numbers: FloatArray, piece: FloatArray, yields: bool, ended: bool
     if yields:
         return OF_YIELDING + 2 * deck + (1 if bent or wavy else 0)
     bent = bent or piece[contract.FACTOR_DEGREE] >= 0.0
-    if ended:
+    if damper_ends(numbers):
         return OF_ENDED + 4 * deck + 2 * lossy + (1 if bent or wavy else 0)
     return OF_DECK * deck + OF_LOSSY * lossy + (OVER_BENT if bent else OVER_WAVE if wavy else 0)
 
@@ -67,7 +68,7 @@ def variant_of(numbers: FloatArray, piece: FloatArray, yields: bool, ended: bool
 @inlined_uncounted_kernel
 def is_bent(variant: int) -> bool:
     """Return True for elastic contacts over a bent path."""
-    return variant % OF_LOSSY == OVER_BENT
+    return variant % OF_LOSSY == OVER_BENT if variant < OF_ENDED else variant % 2 == 1
 
 
 @inlined_uncounted_kernel
@@ -79,32 +80,51 @@ def is_flat(variant: int) -> bool:
 @inlined_uncounted_kernel
 def is_lossy(variant: int) -> bool:
     """Return True for elastic contacts with hysteresis."""
-    return variant % OF_DECK >= OF_LOSSY
+    return variant % OF_DECK >= OF_LOSSY if variant < OF_ENDED else variant % 4 >= 2
 
 
 @inlined_uncounted_kernel
 def has_deck(variant: int) -> bool:
     """Return True for elastic contacts on a deck."""
-    return variant >= OF_DECK
+    return variant >= (OF_DECK if variant < OF_ENDED else OF_ENDED + 4)
+
+
+@inlined_uncounted_kernel
+def has_bush(variant: int) -> bool:
+    """Return True for elastic contacts of wheels whose dampers have ends; in lanes all of them are held by bushes."""
+    return variant >= OF_ENDED
+
+
+@inlined_uncounted_kernel
+def in_flight_of(variant: int) -> int:
+    """Return the number of the flights that belong to an elastic contact, counted from FLIGHTS."""
+    return (1 if has_deck(variant) else 0) + (2 if has_bush(variant) else 0)
+
+
+@inlined_uncounted_kernel
+def touching_of(flight: int) -> int:
+    """Return a contact over a bent path with what a flight has."""
+    deck = flight % 2
+    return OF_ENDED + 4 * deck + 1 if flight >= 2 else OF_DECK * deck + OVER_BENT
 
 
 @uncounted_kernel
-def free_variant_of(numbers: FloatArray, ended: bool) -> int:
+def free_variant_of(numbers: FloatArray) -> int:
     """Return the number of the function that makes steps in time."""
-    kind = 4 if ended else 2 if numbers[contract.BILATERAL] != 0.0 else 0
+    kind = 4 if damper_ends(numbers) else 2 if numbers[contract.BILATERAL] != 0.0 else 0
     return FLIES + kind + (1 if numbers[contract.DECK_MASS] > 0.0 else 0)
 
 
 @uncounted_kernel
-def variants_over(numbers: FloatArray, pieces: FloatArray, yields: bool, ended: bool) -> int:
+def variants_over(numbers: FloatArray, pieces: FloatArray, yields: bool) -> int:
     """Return which functions one wheel over a path needs, as the bits of a number."""
-    out = 1 << free_variant_of(numbers, ended)
+    out = 1 << free_variant_of(numbers)
     for i in range(pieces.shape[0]):
-        out |= 1 << variant_of(numbers, pieces[i], False, ended)
+        out |= 1 << variant_of(numbers, pieces[i], False)
         if yields:
-            out |= 1 << variant_of(numbers, pieces[i], True, ended)
+            out |= 1 << variant_of(numbers, pieces[i], True)
         if numbers[contract.MEMORY] != 0.0:  # over what a contact leaves of its spot there is a factor on the force
-            out |= 1 << (variant_of(numbers, pieces[i], False, False) // OF_LOSSY * OF_LOSSY + OVER_BENT)
+            out |= 1 << (variant_of(numbers, pieces[i], False) // OF_LOSSY * OF_LOSSY + OVER_BENT)
     return out
 
 
@@ -116,9 +136,10 @@ def variants_of_cells(numbers: FloatArray, pieces: FloatArray) -> int:
         own = numbers[cell]
         fast = own[contract.STIFFNESS] + own[contract.DAMPING] > SLOW
         kind = (1 if own[contract.HYSTERESIS] != 0.0 else 0) + (2 if own[contract.DECK_MASS] > 0.0 else 0)
+        kind += 4 if damper_ends(own) else 0
         if not seen >> kind & 1:
             seen |= 1 << kind
-            out |= variants_over(own, pieces, False, False)
+            out |= variants_over(own, pieces, False)
         if fast:
             out |= 1 << OVER_BENT
     return out

@@ -28,7 +28,7 @@ from wheeltapper.march.steps import lanes, powers, scalar, tangents, variants
 from wheeltapper.march.steps.calling import EIGHT, ONE, TURNED, address_of
 from wheeltapper.march.steps.condensed import condensed
 from wheeltapper.march.steps.equations import Free
-from wheeltapper.march.steps.variants import FLIES, FREE, OF_YIELDING, VARIANTS, variants_of_cells, variants_over
+from wheeltapper.march.steps.variants import FLIES, FREE, OF_ENDED, VARIANTS, variants_of_cells, variants_over
 
 FORGIVEN = 2.0
 """Binary logarithm of how much larger than by a steady decay earlier terms may be before they shorten a step."""
@@ -39,6 +39,7 @@ _SEARCHES = {
     variants.SEEK_LOSS: lanes.seek_loss, variants.SEEK_TURN: lanes.seek_turn,
     variants.SEEK_EXTREME: lanes.seek_extreme, variants.SEEK_TIME: lanes.seek_time, variants.SCAN: lanes.scan,
     variants.SHARPEN: lanes.sharpen, variants.AT_ROOT: lanes.at_root, variants.DECK_AT_END: lanes.deck_at_end,
+    variants.BUSH_AT_END: lanes.bush_at_end,
 }  # fmt: skip
 
 
@@ -55,22 +56,23 @@ def source_in_lanes(number: int, order: int) -> str:
         return lanes.contact_source(VARIANTS[number], order)
     if number < variants.SEEK_LOSS:
         way = lanes.free_source if number < variants.FLIGHT_ENDS else lanes.free_end_source
-        return way(Free(deck=bool((number - variants.FLIGHTS) % 2)))
+        have = int(number - variants.FLIGHTS)
+        return way(Free(deck=bool(have % 2), end=bool(have // 2 % 2)))
     if number in _SEARCHES:
         return _SEARCHES[number](order)
     if number in (variants.SCAN_FLIGHT, variants.SHARPEN_FLIGHT):
         return (lanes.scan if number == variants.SCAN_FLIGHT else lanes.sharpen)(int(layout.FLIGHT_ORDER))
     if number == variants.TURN_PATH:
         return tangents.turn_source()
-    base, along = tangents.pair(VARIANTS[int(number - variants.BASES) % OF_YIELDING], order)
+    base, along = tangents.pair(VARIANTS[int(number - variants.BASES) % OF_ENDED], order)
     return base if number < variants.ALONGS else along
 
 
 def source_of_tangents(number: int, order: int) -> str:
     """Return the source of a function that differentiates a step of one wheel."""
-    if number < OF_YIELDING:
+    if number < OF_ENDED:
         return tangents.turned_source(VARIANTS[number], order)
-    return tangents.free_turned_source(FREE[number - OF_YIELDING])
+    return tangents.free_turned_source(FREE[number - OF_ENDED])
 
 
 def _known() -> dict[str, Any]:
@@ -149,7 +151,7 @@ def _scratch(order: int, needed: int) -> FloatArray:
 def scratch_for(program: contract.Program) -> FloatArray:
     """Return scratch memory for a program's march, with the functions for its steps in it."""
     numbers, pieces = program.numbers, program.pieces
-    needed = variants_over(numbers, pieces, len(program.law) > 0, len(program.damper) > 0)
+    needed = variants_over(numbers, pieces, len(program.law) > 0)
     return _scratch(int(numbers[contract.ORDER]), needed)
 
 
@@ -166,16 +168,16 @@ def scratch_of_cells(numbers: FloatArray, pieces: FloatArray, turned: bool = Fal
     order, needed = _order_of_cells(numbers), variants_of_cells(numbers, pieces)
     S = _scratch(order, needed)
     if turned:
-        bits = _turned_kinds(needed, lossy) | needed >> FLIES << OF_YIELDING
+        bits = _turned_kinds(needed, lossy) | needed >> FLIES << OF_ENDED
         S[layout.DERIVATIVES : layout.DERIVATIVES + variants.TURNED] = of_one_wheel.with_bits(order, bits)
     return S
 
 
 def _turned_kinds(needed: int, lossy: bool) -> int:
     """Return the kinds of elastic contacts that are differentiated; what they are differentiated by counts as there."""
-    kinds = needed & ((1 << OF_YIELDING) - 1)
+    kinds = needed & ((1 << OF_ENDED) - 1)
     if lossy:
-        plain = sum(1 << one for one in range(OF_YIELDING) if not VARIANTS[one].hysteresis)
+        plain = sum(1 << one for one in range(OF_ENDED) if not VARIANTS[one].hysteresis)
         kinds = (kinds | (kinds & plain) << variants.OF_LOSSY) & ~plain
     return kinds
 
@@ -187,9 +189,14 @@ def functions_of_energy(yields: bool) -> FloatArray:
 
 def functions_of_cells(numbers: FloatArray, pieces: FloatArray) -> FloatArray:
     """Return the addresses of the functions by which such cells march in lanes."""
-    kinds = variants_of_cells(numbers, pieces) & ((1 << OF_YIELDING) - 1)
-    searches = ((1 << int(variants.BASES)) - 1) >> int(variants.FLIGHTS) << int(variants.FLIGHTS)
-    return in_lanes.with_bits(_order_of_cells(numbers), kinds | searches)
+    bits = variants_of_cells(numbers, pieces) & ((1 << variants.OF_YIELDING) - 1)
+    for terms in [terms for one, terms in enumerate(VARIANTS) if bits >> one & 1]:
+        flight = terms.deck + 2 * terms.end
+        bits |= 1 << int(variants.FLIGHTS) + flight | 1 << int(variants.FLIGHT_ENDS) + flight
+        bits |= terms.deck << int(variants.DECK_AT_END) | terms.end << int(variants.BUSH_AT_END)
+    for one in (*range(variants.SEEK_LOSS, variants.DECK_AT_END), variants.SCAN_FLIGHT, variants.SHARPEN_FLIGHT):
+        bits |= 1 << int(one)
+    return in_lanes.with_bits(_order_of_cells(numbers), bits)
 
 
 def tangents_of_cells(numbers: FloatArray, pieces: FloatArray, lossy: bool) -> FloatArray:

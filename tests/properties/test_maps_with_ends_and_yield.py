@@ -1,4 +1,4 @@
-"""Maps and borders of what marches cell by cell: contacts that yield, and dampers with ends of their own."""
+"""Maps and borders of contacts that yield, and of dampers with ends of their own."""
 
 import numpy as np
 import pytest
