@@ -17,13 +17,13 @@ from scipy.integrate import solve_ivp
 
 import wheeltapper as wt
 from wheeltapper.lower import wagon, wagon_on_rails
-from wheeltapper.march import multibody, passing
-from wheeltapper.march.assembly import flattened_assembly
-from wheeltapper.march.pressing import contact_forces
-from wheeltapper.march.program import EVENT_KIND, LOSS
-from wheeltapper.march.rails.march import march as march_on_rails
-from wheeltapper.march.rates import rates
-from wheeltapper.march.wheel_rows import AWAKE, ON, ROW_DELTA
+from wheeltapper.march.common.program import EVENT_KIND, LOSS
+from wheeltapper.march.wagon import multibody, passing
+from wheeltapper.march.wagon.assembly import flattened_assembly
+from wheeltapper.march.wagon.pressing import contact_forces
+from wheeltapper.march.wagon.rails.march import march as march_on_rails
+from wheeltapper.march.wagon.rates import rates
+from wheeltapper.march.wagon.wheel_rows import AWAKE, ON, ROW_DELTA
 
 REPEATS = 7
 LIGHT = wt.Wagon.erri_b176(1500.0).without_dampers()

@@ -30,7 +30,7 @@ from wheeltapper.diagnosis.inference.estimate import onset, priors_of
 from wheeltapper.diagnosis.inference.fitting import FitProblem, fit_over_windows
 from wheeltapper.diagnosis.site.neighbours import Condition
 from wheeltapper.diagnosis.site.synthetic import synthesise
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.recordings.recording import Recording
 
 RATE, SPEED, DURATION, SHARE = 20e3, 9.0, 0.2111, 0.01
 """Hz, m/s, s, and the noise over the acceleration's rms."""

@@ -20,9 +20,9 @@ from own import scenario
 from problems import CASES, Case, FloatArray
 
 from wheeltapper.lower.many import LoweredCells
-from wheeltapper.march.blocks import core_count
-from wheeltapper.march.ensemble import Cells, Marched, march_all, march_in_lanes, march_one_by_one
-from wheeltapper.march.program import EVENT_KIND, IMPACT, PEAK_CORNER, PEAK_FORCE
+from wheeltapper.march.common.blocks import core_count
+from wheeltapper.march.common.program import EVENT_KIND, IMPACT, PEAK_CORNER, PEAK_FORCE
+from wheeltapper.march.wheel.ensemble import Cells, Marched, march_all, march_in_lanes, march_one_by_one
 
 TRAJECTORIES = {"bump": 64, "corr": 32}
 SPREAD = 0.1

@@ -38,10 +38,10 @@ import wheeltapper as wt
 from wheeltapper.ask.sensitivity import turns_of
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import LoweredCells
-from wheeltapper.march import gradients
-from wheeltapper.march import program as contract
-from wheeltapper.march.blocks import core_count
-from wheeltapper.march.ensemble import Marched, march_all, march_in_lanes, march_one_by_one
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.blocks import core_count
+from wheeltapper.march.wheel import gradients
+from wheeltapper.march.wheel.ensemble import Marched, march_all, march_in_lanes, march_one_by_one
 
 CASE = CASES["bump"]
 FEATURES = [wt.features.impact_interval(2, 3), wt.features.force_ratio(1, 2)]

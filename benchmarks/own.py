@@ -9,7 +9,7 @@ from problems import CASES, Case, Outcome
 
 import wheeltapper as wt
 from wheeltapper.lower.build import lower
-from wheeltapper.march.program import (
+from wheeltapper.march.common.program import (
     CONTACT,
     DONE,
     EVENT_KIND,
@@ -23,7 +23,7 @@ from wheeltapper.march.program import (
     A,
     B,
 )
-from wheeltapper.march.single import March, march
+from wheeltapper.march.wheel.single import March, march
 
 Method = Literal["default", "strict"]
 DECK = "mass", "stiffness", "damping"

@@ -26,10 +26,11 @@ from maps import Map, spread
 from options import parser_of
 from problems import CASES, FloatArray
 
-from wheeltapper.march.blocks import core_count
-from wheeltapper.march.ensemble import Cells, march_all, march_in_lanes
-from wheeltapper.march.kernel import FASTMATH
-from wheeltapper.march.lane_rows import (
+from wheeltapper.march.common.blocks import core_count
+from wheeltapper.march.common.kernel import FASTMATH
+from wheeltapper.march.common.program import COSINE, DEFAULT_ORDER, FLIGHT, PHASE, PIECE, SINE, Program
+from wheeltapper.march.steps.equations import FLAT, WAVE, Terms
+from wheeltapper.march.steps.lane_rows import (
     LANE_AMP_COS,
     LANE_AMP_SIN,
     LANE_CUBIC,
@@ -45,11 +46,10 @@ from wheeltapper.march.lane_rows import (
     LANE_W0,
     LANES,
 )
-from wheeltapper.march.program import COSINE, DEFAULT_ORDER, FLIGHT, PHASE, PIECE, SINE, Program
-from wheeltapper.march.single import march
-from wheeltapper.march.steps.equations import FLAT, WAVE, Terms
 from wheeltapper.march.steps.variants import FLIGHTS, VARIANTS
 from wheeltapper.march.steps.written import compiled, source_in_lanes
+from wheeltapper.march.wheel.ensemble import Cells, march_all, march_in_lanes
+from wheeltapper.march.wheel.single import march
 
 CHAINS, LINKS = 12, 16
 """Chains of multiply-adds, enough to hide their latency, and multiply-adds of each between a load and a store."""

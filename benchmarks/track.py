@@ -23,15 +23,15 @@ from own import march_case
 from peer_newmark import Newmark
 
 import wheeltapper as wt
-from wheeltapper.lower.own_law import tabulated_law
-from wheeltapper.march import program as contract
+from wheeltapper.lower.laws.own_law import tabulated_law
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import LOSS, FloatArray
 from wheeltapper.march.general.contract import STRICT, Bodies, Contact, System
 from wheeltapper.march.general.gradients import tangent_arguments
 from wheeltapper.march.general.march import Found, Prepared, march, run
 from wheeltapper.march.general.march import prepare as prepare_march
 from wheeltapper.march.general.tangent import tangent_kernel
 from wheeltapper.march.general.turned import SystemTurn
-from wheeltapper.march.program import LOSS, FloatArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 

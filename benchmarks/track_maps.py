@@ -34,7 +34,7 @@ from wheeltapper.ask.spec import described_study
 from wheeltapper.ask.store import Store
 from wheeltapper.lower.cells_on_rails import CellsOnRails
 from wheeltapper.march import run
-from wheeltapper.march.blocks import core_count
+from wheeltapper.march.common.blocks import core_count
 from wheeltapper.march.general import march as general
 from wheeltapper.march.general.tables import forget_tables
 

@@ -19,8 +19,8 @@ from problems import CASES
 
 import wheeltapper as wt
 from wheeltapper.lower.build import lower
-from wheeltapper.march.program import DONE, Program
-from wheeltapper.march.single import march
+from wheeltapper.march.common.program import DONE, Program
+from wheeltapper.march.wheel.single import march
 
 METHODS = ("default", "strict")
 PLAIN = "plain"

@@ -21,7 +21,7 @@ import numpy as np
 
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import FLANGE_BACK, s1002
-from wheeltapper.lower.geometry import laid_rail
+from wheeltapper.lower.laws.geometry import laid_rail
 
 INCLINATION, GAUGE, FLANGE_BACKS, RADIUS = 1 / 40, 1.435, 1.360, 0.490  # of the rail; m
 HEAD = """\

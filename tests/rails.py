@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 import wheeltapper as wt
-from wheeltapper.lower.table import blank_rows
+from wheeltapper.lower.paths.table import blank_rows
 from wheeltapper.lower.track import ring as rings
 from wheeltapper.lower.track.section import section_of
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
 from wheeltapper.march.general.contract import Bodies, Contact, Law, System
 from wheeltapper.march.general.laws.switch import HERTZ
 

@@ -48,8 +48,8 @@ if TYPE_CHECKING:
     from wheeltapper.ground.errors import InputError as InputError
     from wheeltapper.record import features as features
     from wheeltapper.record import limits as limits
-    from wheeltapper.record.read_recording import read_recording as read_recording
     from wheeltapper.record.record import Record as Record
+    from wheeltapper.record.recordings.read import read_recording as read_recording
     from wheeltapper.record.simulate import simulate as simulate
     from wheeltapper.record.store import load as load
 
@@ -81,7 +81,7 @@ _HOMES = {
     "load": "record.store",
     "modes": "ask.modes",
     "plot": "faces.plot",
-    "read_recording": "record.read_recording",
+    "read_recording": "record.recordings.read",
     "reduced": "ask.reduced",
     "simulate": "record.simulate",
     "sweep": "ask.sweep",

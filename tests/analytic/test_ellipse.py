@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wheeltapper.lower.ellipse import axis_ratio_squared, contact_constant
+from wheeltapper.lower.laws.ellipse import axis_ratio_squared, contact_constant
 
 from ..cases import reference, rows
 
@@ -56,6 +56,6 @@ def test_a_sphere_on_a_plane_has_the_closed_form():
 
 @pytest.mark.parametrize("ratio", [1.0, 1 + 1e-12, 1.0001, 2.0, 50.0, 1e4, 1e8])
 def test_every_ratio_is_met(ratio):
-    from wheeltapper.lower.ellipse import _curvature_ratio
+    from wheeltapper.lower.laws.ellipse import _curvature_ratio
 
     assert _curvature_ratio(axis_ratio_squared(ratio))[0] == pytest.approx(ratio, rel=1e-12)

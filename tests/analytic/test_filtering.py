@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import butter, freqz_sos, sosfilt
 
 import wheeltapper as wt
-from wheeltapper.record.filtering import (
+from wheeltapper.record.assessment.filtering import (
     REMAINS,
     checked_filter,
     low_passed,

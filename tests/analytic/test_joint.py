@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 import wheeltapper as wt
 from wheeltapper.lower.build import table_of
 from wheeltapper.lower.numbers import METHODS
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
 
 WHEELSET = wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=2e4)
 DEPTH, LENGTH, POSITION = 2e-3, 0.8, 0.7

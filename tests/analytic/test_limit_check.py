@@ -9,7 +9,7 @@ from scipy.ndimage import uniform_filter1d
 
 import wheeltapper as wt
 from wheeltapper.faces.cli import main
-from wheeltapper.record.filtering import low_passed
+from wheeltapper.record.assessment.filtering import low_passed
 from wheeltapper.record.simulate import ModelWarning
 
 WEIGHT = 188_228.0 + 1200.0 * 9.81

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 import wheeltapper as wt
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.registry import makeable_nouns
-from wheeltapper.lower.plastic import law_rows, left_after, loading_force, stored_below
+from wheeltapper.lower.laws.plastic import law_rows, left_after, loading_force, stored_below
 from wheeltapper.record.simulate import ModelWarning
 
 MASS, LOAD, CONSTANT = 1500.0, 91_307.0, 1.405e11

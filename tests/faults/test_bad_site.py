@@ -15,7 +15,7 @@ import wheeltapper as wt
 from wheeltapper.describe.scenario import write_toml
 from wheeltapper.diagnosis import write_recording
 from wheeltapper.faces.cli import main
-from wheeltapper.record.reading_speeds import read_speeds
+from wheeltapper.record.recordings.speeds import read_speeds
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SITE, RECORDING, BUMP = EXAMPLES / "site.toml", EXAMPLES / "data" / "deck_flat.csv.gz", EXAMPLES / "bump.toml"

@@ -6,7 +6,7 @@ import xarray as xr
 
 import wheeltapper as wt
 from wheeltapper.faces.cli import main
-from wheeltapper.orbits import branch as branches
+from wheeltapper.orbits import walk
 from wheeltapper.orbits.file import follow_into
 
 SCENE = wt.Scenario(
@@ -25,7 +25,7 @@ def scene_file(tmp_path):
 @pytest.mark.parametrize("reports", [30, 110])
 @pytest.mark.slow
 def test_an_interrupted_branch_is_continued_to_the_same_end(tmp_path, monkeypatch, reports):
-    monkeypatch.setattr(branches, "KEPT", 10)
+    monkeypatch.setattr(walk, "KEPT", 10)
     told = iter(range(reports))
 
     def interrupt(*_):

@@ -35,8 +35,8 @@ def test_what_is_kept_is_shown_and_removed(folder, capsys):
     (folder / "rails-photos").mkdir()
     shown = [
         f"compiled kernels in {folder}",
-        f"  {kept.MARCHES['wheel']}: 1 kernels, 1.5 MB",
-        f"  {kept.MARCHES['general']}: 1 kernels, 0.5 MB, of other sources",
+        f"  {kept.ROOMS['wheel']}: 1 kernels, 1.5 MB",
+        f"  {kept.ROOMS['general']}: 1 kernels, 0.5 MB, of other sources",
     ]
     assert main(["cache"]) == 0
     assert capsys.readouterr().out.splitlines() == shown
@@ -61,8 +61,8 @@ import json, sys
 import numpy as np
 from wheeltapper.faces import filling
 from wheeltapper.faces.cli import main
-from wheeltapper.march.layout import SCRATCH
-from wheeltapper.march.margin import _smallest_value
+from wheeltapper.march.steps.layout import SCRATCH
+from wheeltapper.march.wheel.margin import _smallest_value
 
 def small(scenario, method):
     S = np.zeros(SCRATCH)
@@ -92,7 +92,7 @@ def test_what_will_be_needed_is_compiled_in_silence_and_once(tmp_path):
     for _ in range(2):
         done = filled(tmp_path)
         assert (done.returncode, done.stderr) == (0, "")
-        assert f"{kept.MARCHES['wheel']}: 1 kernels" in done.stdout
+        assert f"{kept.ROOMS['wheel']}: 1 kernels" in done.stdout
         (file,) = tmp_path.rglob("*.code")
         made = file.stat().st_mtime_ns
     assert file.stat().st_mtime_ns == made

@@ -10,7 +10,7 @@ import wheeltapper as wt
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.diagnosis.folder import diagnose_all
 from wheeltapper.faces.cli import main
-from wheeltapper.lower.patches import geometry_of, patch_tables
+from wheeltapper.lower.laws.patches import geometry_of, patch_tables
 
 SCENE = """
 speed = 9.0

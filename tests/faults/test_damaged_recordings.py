@@ -17,9 +17,10 @@ from scipy.io import savemat, wavfile
 import wheeltapper as wt
 from wheeltapper.diagnosis.folder import NOT_DIAGNOSED, diagnose_all
 from wheeltapper.faces.cli import main
-from wheeltapper.record import reading_apart
-from wheeltapper.record.read_recording import read_recording, write_recording
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.recordings import apart as reading_apart
+from wheeltapper.record.recordings.read import read_recording
+from wheeltapper.record.recordings.recording import Recording
+from wheeltapper.record.recordings.writing import write_recording
 
 RATE = 20e3
 STEPS = np.arange(300)
@@ -149,7 +150,7 @@ def start(monkeypatch, code):
     """Let the next files be read by a process that does something before."""
     reading_apart.stop()
     lines = [
-        "import wheeltapper.record.reading_apart as own", "plain = own.read_file", "def read(path, largest):",
+        "import wheeltapper.record.recordings.apart as own", "plain = own.read_file", "def read(path, largest):",
         f"    {code}", "    return plain(path, largest)", "own.read_file = read", "own.serve()",
     ]  # fmt: skip
     monkeypatch.setattr(reading_apart, "_SERVE", "\n".join(lines))

@@ -12,7 +12,7 @@ import wheeltapper as wt
 from tests.faults.test_stores import files, written
 from wheeltapper.ask import store as stores
 from wheeltapper.faces.cli import main
-from wheeltapper.record.chart_store import CHECKSUMS, load_chart
+from wheeltapper.record.files.chart_store import CHECKSUMS, load_chart
 from wheeltapper.record.simulate import ModelWarning
 
 

@@ -9,8 +9,8 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.ground import memory
 from wheeltapper.ground.outcome import Outcome
-from wheeltapper.lower import point
-from wheeltapper.march import telling
+from wheeltapper.lower.paths import point
+from wheeltapper.march.common import telling
 from wheeltapper.record import extent
 from wheeltapper.record import simulate as simulating
 

@@ -9,8 +9,8 @@ import wheeltapper as wt
 from wheeltapper.faces.cli import main
 from wheeltapper.lower import build
 from wheeltapper.lower import numbers as numbers_module
-from wheeltapper.march import program as contract
-from wheeltapper.march.single import march
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.wheel.single import march
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "wheel_flat.toml"
 

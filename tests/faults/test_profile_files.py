@@ -7,7 +7,7 @@ from wheeltapper.describe.profile.files import rail_profile, wheel_profile
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import s1002
 from wheeltapper.ground.errors import InputError
-from wheeltapper.lower.geometry import contact_geometry
+from wheeltapper.lower.laws.geometry import contact_geometry
 
 WHEEL = np.linspace(-70.0, 60.0, 261)
 RAIL = np.linspace(-37.0, 37.0, 297)

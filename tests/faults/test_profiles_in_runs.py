@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.lower import fit
 from wheeltapper.lower.build import lower
+from wheeltapper.lower.paths import fit
 
 VEHICLE = wt.Wheelset(mass=1500, load=91307, stiffness=2.44e6, damping=2e4, radius=0.46)
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 import wheeltapper as wt
 from wheeltapper.ground.outcome import Outcome
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
 from wheeltapper.record import wagon, wheel
 
 DATA = Path(__file__).resolve().parents[1] / "data"

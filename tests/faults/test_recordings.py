@@ -11,8 +11,9 @@ import xarray as xr
 from scipy.io import savemat, wavfile
 
 from wheeltapper.ground.errors import InputError
-from wheeltapper.record.read_recording import read_recording, write_recording
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.recordings.read import read_recording
+from wheeltapper.record.recordings.recording import Recording
+from wheeltapper.record.recordings.writing import write_recording
 
 G = 9.80665
 RATE = 20e3

@@ -9,7 +9,7 @@ import pint
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.record import comfort
+from wheeltapper.record.assessment import comfort
 
 Q = pint.UnitRegistry().Quantity
 F, D = wt.features, wt.diagnosis

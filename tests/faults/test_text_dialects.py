@@ -12,7 +12,7 @@ import wheeltapper as wt
 from wheeltapper.describe.profile.files import rail_profile, wheel_profile
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import s1002
-from wheeltapper.record.read_recording import read_recording
+from wheeltapper.record.recordings.read import read_recording
 
 COUNT = 1500
 SEPARATORS = {"semicolon": ";", "tab": "\t", "comma": ",", "blanks": "   ", "comma and blank": ", "}

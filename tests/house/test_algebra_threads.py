@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 import wheeltapper as wt
 from wheeltapper.lower.track.reach import modes_of
 from wheeltapper.march import run
-from wheeltapper.march.blocks import algebra_on_one_thread
+from wheeltapper.march.common.blocks import algebra_on_one_thread
 
 SCENE = wt.Scenario(
     vehicle=wt.Wheelset(mass=600, load=9e4, wheels=1), track=wt.tracks.Ballasted.named("rolland_UIC60_example"),

@@ -80,7 +80,9 @@ def missing_names(text):
 def test_benchmarks_ask_modules_for_what_these_have():
     """Also where no run of the smallest size comes by."""
     assert [(file.name, names) for file in FILES if (names := missing_names(file.read_text(encoding="utf-8")))] == []
-    wrong = "import wheeltapper as wt\nfrom wheeltapper.march import rates\nrates.contact_forces\nwt.tracks.Slap.x"
+    wrong = (
+        "import wheeltapper as wt\nfrom wheeltapper.march.wagon import rates\nrates.contact_forces\nwt.tracks.Slap.x"
+    )
     assert missing_names(wrong) == ["rates.contact_forces", "wt.tracks.Slap"]
 
 

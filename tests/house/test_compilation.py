@@ -18,8 +18,8 @@ import pytest
 
 from wheeltapper.ground.progress import reporting
 from wheeltapper.march.compiling import prebuilt, store, telling
-from wheeltapper.march.layout import SCRATCH
-from wheeltapper.march.roots import evaluate
+from wheeltapper.march.steps.layout import SCRATCH
+from wheeltapper.march.wheel.roots import evaluate
 
 PACKAGE = Path(__file__).resolve().parents[2] / "src" / "wheeltapper"
 
@@ -77,8 +77,8 @@ def test_without_compilation_the_answers_are_the_same(arguments, capsys, monkeyp
 SMALL = """
 import json, sys
 import numpy as np
-from wheeltapper.march.layout import SCRATCH
-from wheeltapper.march.margin import _smallest_value
+from wheeltapper.march.steps.layout import SCRATCH
+from wheeltapper.march.wheel.margin import _smallest_value
 
 S = np.zeros(SCRATCH)
 S[:3] = 5.0, -2.0, 1.0
@@ -94,7 +94,7 @@ def test_an_edited_kernel_is_compiled_again(tmp_path):
     place = {"PYTHONPATH": str(tmp_path), "WHEELTAPPER_CACHE": str(tmp_path / "cache")}
     assert answer(script=SMALL, **place) == (4.25, TOLD)
     assert answer(script=SMALL, **place) == (4.25, "")
-    roots = tmp_path / "wheeltapper" / "march" / "roots.py"
+    roots = tmp_path / "wheeltapper" / "march" / "wheel" / "roots.py"
     text = roots.read_text(encoding="utf-8")
     assert text.count("    total = a[at + n]\n") == 1
     roots.write_text(text.replace("    total = a[at + n]\n", "    total = 2.0 * a[at + n]\n"))
@@ -105,9 +105,9 @@ def test_an_edited_kernel_is_compiled_again(tmp_path):
 PARTS = """
 import json, sys
 import numpy as np
-from wheeltapper.march.layout import SCRATCH
-from wheeltapper.march.margin import _smallest_value
-from wheeltapper.march.roots import evaluate
+from wheeltapper.march.steps.layout import SCRATCH
+from wheeltapper.march.wheel.margin import _smallest_value
+from wheeltapper.march.wheel.roots import evaluate
 
 S = np.zeros(SCRATCH)
 S[:3] = 5.0, -2.0, 1.0
@@ -292,7 +292,7 @@ def test_a_slider_of_the_explorer_that_meets_a_new_term_says_what_is_compiled(tm
 FOUND_AGAIN = """
 import importlib, json, pickle, sys
 import wheeltapper.march
-from wheeltapper.march.compiling import guests, store, telling
+from wheeltapper.march.compiling import guests, kept, store, telling
 from wheeltapper.march.steps import written
 
 told = []
@@ -304,8 +304,8 @@ for functions in written.EVERY:
         for number in range(len(functions.addresses[order])):
             source = functions.source(number, order)
             steps[source[len("def "):source.index("(")]] = source
-for march in ("wheel", "general", "rails"):
-    held = store.store_of(march)
+for room in kept.ROOMS:
+    held = store.store_of(room)
     for file in sorted(held.folder.glob("*.code")):
         _, reduced = pickle.loads(held.read(file.name))
         *place, name = file.name.split(".")[:-2]
@@ -329,7 +329,7 @@ def test_whatever_was_compiled_is_found_again_by_another_process():
 
 
 TINY = """
-from wheeltapper.march.kernel import kernel, shared_kernel
+from wheeltapper.march.common.kernel import kernel, shared_kernel
 
 @kernel
 def unit(x):
@@ -349,7 +349,7 @@ def outer(x):
 """
 CALL_TINY = """
 import json, sys
-from wheeltapper.march import tiny
+from wheeltapper.march.common import tiny
 from wheeltapper.march.compiling.pipeline import code_of
 if "first" in sys.argv:
     assert tiny.unit(0.0) == 1.0
@@ -366,14 +366,14 @@ print(json.dumps([found, symbol, symbol in defined]))
 @pytest.mark.slow
 def test_a_shared_kernel_has_one_copy_and_who_calls_another_one_is_compiled_again(tmp_path):
     shutil.copytree(PACKAGE, tmp_path / "wheeltapper", ignore=shutil.ignore_patterns("__pycache__"))
-    (tmp_path / "wheeltapper" / "march" / "tiny.py").write_text(TINY)
+    (tmp_path / "wheeltapper" / "march" / "common" / "tiny.py").write_text(TINY)
     place = {"PYTHONPATH": str(tmp_path), "WHEELTAPPER_CACHE": str(tmp_path / "cache")}
-    told = "wheeltapper: compiling tiny.{} for this machine, once\n"
+    told = "wheeltapper: compiling common.tiny.{} for this machine, once\n"
     first, said = answer(script=CALL_TINY, **place)
     assert said == told.format("outer")
     assert first[::2] == [14.0, False]
     assert answer(script=CALL_TINY, **place) == (first, "")
-    for file in (tmp_path / "cache").rglob("tiny.inner.*.code"):
+    for file in (tmp_path / "cache").rglob("common.tiny.inner.*.code"):
         file.unlink()
     again, said = answer("first", script=CALL_TINY, **place)  # where the shared one has another symbol
     assert again[0] == 14.0
@@ -389,7 +389,7 @@ def brought(tmp_path):
         pytest.skip("this processor has no level")
     package = tmp_path / "wheeltapper"
     shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", "prebuilt"))
-    (package / "march" / "tiny.py").write_text(TINY)
+    (package / "march" / "common" / "tiny.py").write_text(TINY)
     place = {"PYTHONPATH": str(tmp_path), "WHEELTAPPER_CACHE": str(tmp_path / "level")}
     answer("first", script=CALL_TINY, NUMBA_CPU_NAME="x86-64-v3", NUMBA_CPU_FEATURES="", **place)
     gather = runpy.run_path(str(PACKAGE.parents[1] / "tools" / "prebuild.py"))["gather"]
@@ -405,21 +405,21 @@ def test_what_a_package_brings_is_neither_compiled_nor_written(brought):
     assert not Path(place["WHEELTAPPER_CACHE"]).exists()
     off, said = answer(script=CALL_TINY, **place, WHEELTAPPER_PREBUILT="off")
     assert off[0] == 14.0
-    assert "compiling tiny.outer" in said
-    (damaged,) = march.rglob("tiny.outer.*.code")
+    assert "compiling common.tiny.outer" in said
+    (damaged,) = march.rglob("common.tiny.outer.*.code")
     damaged.write_bytes(damaged.read_bytes()[:-1])
     assert prebuilt.counted(march / "prebuilt")["x86-64-v3"].total() == 2
     again, said = answer(script=CALL_TINY, **place)
     assert again == found  # of the shared kernel it brings, not of that which was compiled
     assert said.count("\n") == 1
-    assert "compiling tiny.outer" in said
+    assert "compiling common.tiny.outer" in said
 
 
 @pytest.mark.slow
 def test_other_sources_than_those_of_what_is_brought_are_compiled_with_a_word(brought):
     march, place = brought
     other = TINY.replace("2.0 * x", "1.5 * 2.0 * x")  # of another size: byte-code goes by size and by whole seconds
-    (march / "tiny.py").write_text(other)
+    (march / "common" / "tiny.py").write_text(other)
     found, said = answer(script=CALL_TINY, **place)
     assert found[0] == 30.0
     assert said.startswith("wheeltapper: the prebuilt kernels are of ")
@@ -448,9 +448,10 @@ def state():
 
 before, locators = state(), list(caching.CacheImpl._locator_classes)
 import wheeltapper as wt
-from wheeltapper.march import ensemble, gradients, multibody, orbits, replay, single
+from wheeltapper.march.wheel import ensemble, gradients, orbits, single
+from wheeltapper.march.wagon import multibody, replay
 from wheeltapper.march.general import march
-from wheeltapper.march.rails import march
+from wheeltapper.march.wagon.rails import march
 after = state()
 changed = [name for name in before if after.get(name) is not before[name]] + sorted(set(after) - set(before))
 print(json.dumps(changed + [str(one) for one in caching.CacheImpl._locator_classes if one not in locators]))
@@ -465,8 +466,8 @@ THEIRS = """
 import json, math, sys
 import numba, numpy as np
 if "ours" in sys.argv:
-    from wheeltapper.march.layout import SCRATCH
-    from wheeltapper.march.margin import _smallest_value
+    from wheeltapper.march.steps.layout import SCRATCH
+    from wheeltapper.march.wheel.margin import _smallest_value
     S = np.zeros(SCRATCH)
     S[:3] = 5.0, -2.0, 1.0
     assert _smallest_value(0, 2, 0.5, S) == 4.25

@@ -8,8 +8,8 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower.build import lower
-from wheeltapper.march import program as contract
-from wheeltapper.march.single import march
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.wheel.single import march
 from wheeltapper.record import balanced
 
 WHEELSET = {"mass": 1500, "load": 91307, "stiffness": 2.44e6, "damping": 2e4, "radius": 0.46}

@@ -9,9 +9,9 @@ import wheeltapper as wt
 from tests.properties.test_wagon_elements import AXLE, HELD, PLACE, run, spring, vehicle
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower.wagon import lower_wagon
-from wheeltapper.march import assembly as asm
-from wheeltapper.march import replay
-from wheeltapper.record import wagon_energy
+from wheeltapper.march.wagon import assembly as asm
+from wheeltapper.march.wagon import replay
+from wheeltapper.record.energies import wagon_energy
 from wheeltapper.record.wagon import _of_this_version
 
 COACH = wt.Wagon.erri_b176()

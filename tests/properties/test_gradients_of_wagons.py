@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import wheeltapper as wt
-from wheeltapper.ask.cells import TRUST_BY_DIFFERENCES
+from wheeltapper.ask.computed import TRUST_BY_DIFFERENCES
 from wheeltapper.faces.cli import main
 
 BUMP = wt.CosineBump(height=2e-4, length=0.05, start=0.02)

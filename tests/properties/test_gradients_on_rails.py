@@ -11,7 +11,7 @@ import wheeltapper as wt
 from tests import rails
 from wheeltapper.describe.scenario import Start
 from wheeltapper.lower.fields import Fields
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
 from wheeltapper.march.general.contract import STRICT, Bodies
 from wheeltapper.march.general.gradients import tangents
 from wheeltapper.march.general.laws.switch import LINEAR_LAW

@@ -5,12 +5,12 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.lower.many import LoweredCells
-from wheeltapper.march import program as contract
-from wheeltapper.march.apart import motions_kernel, start_lanes
-from wheeltapper.march.ensemble import AT_THEIR_STARTS, end_motions, march_in_lanes, march_one_by_one
-from wheeltapper.march.lanes import lanes_kernel
-from wheeltapper.march.pool import VISITS, pool_of
-from wheeltapper.march.single import march
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.wheel.apart import motions_kernel, start_lanes
+from wheeltapper.march.wheel.ensemble import AT_THEIR_STARTS, end_motions, march_in_lanes, march_one_by_one
+from wheeltapper.march.wheel.lanes import lanes_kernel
+from wheeltapper.march.wheel.pool import VISITS, pool_of
+from wheeltapper.march.wheel.single import march
 
 BUMP = wt.Scenario(
     vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4), contact=wt.Hertz(constant=1.405e11),

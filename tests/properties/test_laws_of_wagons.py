@@ -7,7 +7,7 @@ import xarray as xr
 import wheeltapper as wt
 from tests.properties.test_wagon_on_rails import FULL, NARROW, SLAB, WAVE
 from tests.properties.test_wagon_on_rails import coach as on_rails
-from wheeltapper.march import assembly as asm
+from wheeltapper.march.wagon import assembly as asm
 
 STEP = wt.Step(height=1e-4, position=0.02)
 DAMPED, STRAIGHT = wt.Hertz(constant_per_wheel=7.025e10, hysteresis=2.0), wt.Linear(stiffness=1.9e9)

@@ -5,7 +5,7 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.lower.build import lower
-from wheeltapper.march import telling
+from wheeltapper.march.common import telling
 from wheeltapper.march.run import march
 
 WHEEL = wt.Wheelset(mass=1600, load=1e5, stiffness=1e6, damping=2e4)

@@ -7,8 +7,8 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.lower.build import lower
-from wheeltapper.march.program import DONE
-from wheeltapper.march.single import march
+from wheeltapper.march.common.program import DONE
+from wheeltapper.march.wheel.single import march
 
 
 def rough_rail(samples, rolling):

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import wheeltapper as wt
-from wheeltapper.ask.cells import STATUS
+from wheeltapper.ask.computed import STATUS
 from wheeltapper.faces.cli import main
 from wheeltapper.record.simulate import ModelWarning
 

@@ -286,9 +286,9 @@ def test_results_do_not_depend_on_threads():
 
 @pytest.mark.slow
 def test_captures_in_lanes_are_those_of_single_marches(monkeypatch):
-    from wheeltapper.march import orbits as marches
     from wheeltapper.march import run
-    from wheeltapper.march.orbits import TRAP_COLUMNS
+    from wheeltapper.march.wheel import orbits as marches
+    from wheeltapper.march.wheel.orbits import TRAP_COLUMNS
     from wheeltapper.orbits.asked import section_of
     from wheeltapper.orbits.basin import start_states
 
@@ -325,7 +325,7 @@ def test_a_fate_is_where_the_motion_is_long_after():
 
 
 def test_a_trap_is_never_left_and_leads_to_its_orbit():
-    from wheeltapper.march.orbits import STATE_SIZE, TRAP_CENTRE, TRAP_NORM, TRAP_REACH
+    from wheeltapper.march.wheel.orbits import STATE_SIZE, TRAP_CENTRE, TRAP_NORM, TRAP_REACH
     from wheeltapper.orbits.asked import section_of
     from wheeltapper.orbits.section_map import SectionMap
     from wheeltapper.orbits.traps import traps_of
@@ -434,7 +434,7 @@ def test_traced_grazings_and_tori_are_those_of_other_branches():
 
 
 def test_a_march_that_never_ends_is_given_up(monkeypatch):
-    from wheeltapper.march import orbits as marches
+    from wheeltapper.march.wheel import orbits as marches
     from wheeltapper.orbits.asked import section_of
     from wheeltapper.orbits.section_map import SectionMap
 

@@ -10,9 +10,9 @@ from tests.reference.test_plastic_wagons import row_of_wheelsets
 from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, half_coach
 from wheeltapper.ask.passes import Scatter, drawn_pass
 from wheeltapper.ask.passes_of_wagons import loaded, moved
-from wheeltapper.lower.wagon_marks import path_of
-from wheeltapper.march import assembly as asm
-from wheeltapper.march import multibody
+from wheeltapper.lower.marks.wagon_marks import path_of
+from wheeltapper.march.wagon import assembly as asm
+from wheeltapper.march.wagon import multibody
 from wheeltapper.record.wagon import WAGON, _check_assembly
 
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")

@@ -8,9 +8,10 @@ from scipy.optimize import brentq
 
 import wheeltapper as wt
 from wheeltapper.lower.build import lower
-from wheeltapper.march import layout, single
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.steps import layout
 from wheeltapper.march.steps.written import scratch_for
+from wheeltapper.march.wheel import single
 
 from ..marks import slow
 

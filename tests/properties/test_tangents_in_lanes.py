@@ -8,14 +8,14 @@ from tests.properties.test_lanes import CASES, PERIODIC
 from wheeltapper.ask.sensitivity import turns_of
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import LoweredCells
-from wheeltapper.march import gradients
-from wheeltapper.march import program as contract
-from wheeltapper.march.layout import SCRATCH
-from wheeltapper.march.program import Program
-from wheeltapper.march.single import march
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import Program
+from wheeltapper.march.steps.layout import SCRATCH
+from wheeltapper.march.steps.tangent_path import LANES
 from wheeltapper.march.steps.written import scratch_of_cells
-from wheeltapper.march.tangent import tangent_kernel
-from wheeltapper.march.tangent_path import LANES
+from wheeltapper.march.wheel import gradients
+from wheeltapper.march.wheel.single import march
+from wheeltapper.march.wheel.tangent import tangent_kernel
 
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 SHAPES = {"CosineBump": "length", "Corrugation": "wavelength", "Step": "position"}

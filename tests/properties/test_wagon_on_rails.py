@@ -6,7 +6,9 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower.wagon_on_rails import lower_wagon_on_rails
-from wheeltapper.march import assembly, program, run
+from wheeltapper.march import run
+from wheeltapper.march.common import program
+from wheeltapper.march.wagon import assembly
 
 COACH = wt.Wagon.erri_b176(1500.0)
 BALLASTED = wt.tracks.Ballasted(**wt.tracks.Ballasted.example | {"cutoff": 2000.0, "bays": 90})

@@ -11,11 +11,11 @@ from scipy.interpolate import CubicSpline
 import wheeltapper as wt
 from wheeltapper.ask.passes import RailLine, Scatter
 from wheeltapper.ground.errors import InputError
-from wheeltapper.lower.plastic import dissipated_by, left_after, loading_force
-from wheeltapper.march import program as contract
-from wheeltapper.march import single
-from wheeltapper.march.dense import OUT_COLUMNS, OUT_DELTA, OUT_FORCE, OUT_RESIDUAL, dense
+from wheeltapper.lower.laws.plastic import dissipated_by, left_after, loading_force
+from wheeltapper.march.common import program as contract
 from wheeltapper.march.steps.written import scratch_for
+from wheeltapper.march.wheel import single
+from wheeltapper.march.wheel.dense import OUT_COLUMNS, OUT_DELTA, OUT_FORCE, OUT_RESIDUAL, dense
 
 N0 = 106_022.0
 

@@ -8,8 +8,8 @@ from scipy.signal import find_peaks
 import wheeltapper as wt
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower import wagon_on_rails
-from wheeltapper.march import assembly as asm
-from wheeltapper.record import stored_rails
+from wheeltapper.march.wagon import assembly as asm
+from wheeltapper.record.files import stored_rails
 
 from ..marks import slow
 

@@ -6,7 +6,7 @@ import xarray as xr
 from scipy import signal
 
 from wheeltapper.ground.errors import InputError
-from wheeltapper.record.comfort import (
+from wheeltapper.record.assessment.comfort import (
     AXES,
     RESULTS,
     WEIGHTINGS,

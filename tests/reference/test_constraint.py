@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.lower import surface
 from wheeltapper.lower.build import courses_of, lower
+from wheeltapper.lower.paths import surface
 
 from ..cases import reference
 

@@ -6,7 +6,7 @@ import pytest
 from tests.cases import rows
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import s1002
-from wheeltapper.lower.geometry import contact_geometry, radius_difference, resting_roll
+from wheeltapper.lower.laws.geometry import contact_geometry, radius_difference, resting_roll
 
 SMOOTH = contact_geometry(s1002, rail_60e1)
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.cases import rows
-from wheeltapper.lower.kalker import coefficients
-from wheeltapper.march import fastsim as lanes
-from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
-from wheeltapper.march.wheel_rows import OCTET_ROWS, SUM_X, SUM_Y, TURN_X, TURN_Y, UX, UY
+from wheeltapper.lower.laws.kalker import coefficients
+from wheeltapper.march.wagon import fastsim as lanes
+from wheeltapper.march.wagon.fastsim import ELLIPTIC, PARABOLIC
+from wheeltapper.march.wagon.wheel_rows import OCTET_ROWS, SUM_X, SUM_Y, TURN_X, TURN_Y, UX, UY
 
 
 def entered(ux, uy, fx, fy):

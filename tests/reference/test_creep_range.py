@@ -7,7 +7,7 @@ import pytest
 
 import wheeltapper as wt
 from tests.reference.test_creep import fastsim
-from wheeltapper.lower.kalker import coefficients
+from wheeltapper.lower.laws.kalker import coefficients
 from wheeltapper.record.creep_range import spin_use
 
 LAWS = [wt.creep.Polach(), wt.creep.ShenHedrickElkins()]

@@ -12,8 +12,8 @@ import wheeltapper as wt
 from tests.dry_friction import QuarterWagon
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march import run
-from wheeltapper.march.assembly import MOTION_Z, PLACES, ROLL, STEP_ELEMENTS, STEP_TIME, TO_RATE
-from wheeltapper.march.resting import confine, decide_rest
+from wheeltapper.march.wagon.assembly import MOTION_Z, PLACES, ROLL, STEP_ELEMENTS, STEP_TIME, TO_RATE
+from wheeltapper.march.wagon.resting import confine, decide_rest
 
 HELD = ("x", "y", "roll", "pitch", "yaw")
 AXLE = {"mass": 1500.0, "inertia": (1120.0, 112.0, 1120.0), "held": HELD, "position": 0.0}

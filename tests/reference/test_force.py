@@ -13,7 +13,7 @@ from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.force.reconstruction import imitation, noise_of, reconstructed
 from wheeltapper.diagnosis.site.synthetic import synthesise
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.recordings.recording import Recording
 
 RATE = 20_000.0
 SEEDS = 50

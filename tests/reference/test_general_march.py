@@ -12,7 +12,7 @@ from tests import rails
 from wheeltapper.lower.build import lower
 from wheeltapper.lower.track import ring as rings
 from wheeltapper.lower.track.section import section_of
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.contract import DEFAULT, STRICT, Bodies, Contact, Law, System
 from wheeltapper.march.general.laws.switch import HUNT_CROSSLEY, LINEAR_LAW

@@ -10,8 +10,9 @@ from scipy.optimize import brentq
 import wheeltapper as wt
 from tests import pieces
 from tests.reference import test_kinks_of_suspensions as others
-from wheeltapper.ask.cells import TRUST_BY_DIFFERENCES, compute_cells
+from wheeltapper.ask.cells import compute_cells
 from wheeltapper.ask.chart import chart_dataset
+from wheeltapper.ask.computed import TRUST_BY_DIFFERENCES
 from wheeltapper.ask.study import study_of
 from wheeltapper.lower.fields import Fields
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.record.guidance import PERCENTILES, statistics
+from wheeltapper.record.assessment.guidance import PERCENTILES, statistics
 from wheeltapper.record.simulate import ModelWarning
 
 CONICITY, ARM, RADIUS, LOAD = 0.05, 0.75, 0.46, 1e5

@@ -7,7 +7,7 @@ from scipy.io import savemat
 from tests.wayside import plain_train
 from wheeltapper.diagnosis import Recording, Site, measure_trains
 from wheeltapper.ground.errors import InputError
-from wheeltapper.record.read_recording import read_recording
+from wheeltapper.record.recordings.read import read_recording
 
 RATE = 5e3
 SENSITIVITY = 250e3

@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 
 import wheeltapper as wt
 from tests import rails
-from wheeltapper.lower.own_law import tabulated_law
-from wheeltapper.march import program as contract
+from wheeltapper.lower.laws.own_law import tabulated_law
+from wheeltapper.march.common import program as contract
 from wheeltapper.march.general.contract import DEFAULT, STRICT, Law
 from wheeltapper.march.general.laws.switch import HUNT_CROSSLEY, forces
 from wheeltapper.march.general.march import law_row, march

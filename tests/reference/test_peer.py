@@ -65,7 +65,7 @@ def test_a_contact_constant_that_follows_the_curvature():
         bend = 0.5 * HEIGHT * (2 * np.pi / 0.05) ** 2 * np.cos(2 * np.pi * (x - 0.05) / 0.05) if inside else 0.0
         return float(contact_constant(0.46, 0.3, 210e9, 0.3, -bend) / contact_constant(0.46, 0.3, 210e9, 0.3))
 
-    from wheeltapper.lower.ellipse import contact_constant  # its digits have their own references
+    from wheeltapper.lower.laws.ellipse import contact_constant  # its digits have their own references
 
     peer = Wheel(**BASE, constant=CONSTANT, speed=9.0, height=HEIGHT, factor=factor)
     check(peer, 0.03, tolerance=1e-8, contact=wt.Hertz(constant=CONSTANT, curvature=True))

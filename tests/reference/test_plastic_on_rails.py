@@ -11,10 +11,10 @@ from tests.finite_rail import CONSTANT, STEP, TRACK, WHEEL, FiniteRail, Newmark
 from tests.finite_rail import LOAD as STATIC
 from wheeltapper.ask.passes import RailLine, Scatter
 from wheeltapper.lower.build import lower
+from wheeltapper.lower.laws.plastic import stretched_rows, virgin_pieces
 from wheeltapper.lower.on_rails import lower_on_rails
-from wheeltapper.lower.plastic import stretched_rows, virgin_pieces
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
+from wheeltapper.march.common import program as contract
 from wheeltapper.march.general.contract import DEFAULT, STRICT, Bodies, Contact, Law, System
 from wheeltapper.march.general.laws.switch import PLASTIC
 from wheeltapper.march.general.march import Start, march

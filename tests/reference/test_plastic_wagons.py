@@ -8,8 +8,8 @@ import wheeltapper as wt
 from tests.reference.test_laws_of_wagons import ARM, GRAVITY, HELD, LEVEL, MASS, ROLL_INERTIA, lone, of_side
 from tests.reference.test_plastic_on_rails import HEAVY, KINDS, LAWS, STRUCK, passes
 from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, half_coach
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
+from wheeltapper.march.common import program as contract
 
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 CONSTANT = 7e10

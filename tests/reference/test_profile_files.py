@@ -7,7 +7,7 @@ from tests.cases import DATA
 from wheeltapper.describe.profile.files import rail_profile, wheel_profile
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import s1002
-from wheeltapper.lower.geometry import contact_geometry, radius_difference
+from wheeltapper.lower.laws.geometry import contact_geometry, radius_difference
 
 WHEEL = np.linspace(-70.0, 60.0, 1301)
 RAIL = np.linspace(-37.28, 37.28, 2983)

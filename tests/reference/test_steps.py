@@ -14,14 +14,14 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.lower.build import lower
-from wheeltapper.march import lane_rows as at
-from wheeltapper.march import layout, program, series
-from wheeltapper.march.kernel import FASTMATH
-from wheeltapper.march.single import march
-from wheeltapper.march.step import flight_reach
-from wheeltapper.march.steps import lanes, powers, scalar, tangents, variants, written
+from wheeltapper.march.common import program
+from wheeltapper.march.common.kernel import FASTMATH
+from wheeltapper.march.steps import lane_rows as at
+from wheeltapper.march.steps import lanes, layout, powers, scalar, series, tangents, variants, written
 from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms
 from wheeltapper.march.steps.variants import FREE, OF_ENDED, OF_YIELDING, VARIANTS
+from wheeltapper.march.wheel.single import march
+from wheeltapper.march.wheel.step import flight_reach
 
 from ..marks import slow_but
 

@@ -9,9 +9,9 @@ from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, TRACK_ALLOWED, h
 from wheeltapper.lower.track.anomalies import Void
 from wheeltapper.lower.wagon_on_rails import over_voids
 from wheeltapper.march import run
-from wheeltapper.march.assembly import HALF, LANES
-from wheeltapper.march.program import EVENT_CONTACT, EVENT_TIME
-from wheeltapper.record.kinds import kind_of
+from wheeltapper.march.common.program import EVENT_CONTACT, EVENT_TIME
+from wheeltapper.march.wagon.assembly import HALF, LANES
+from wheeltapper.record.chosen import kind_of
 
 VOIDS = wt.tracks.HangingSleeper(seat=1, void="0.2 mm"), wt.tracks.HangingSleeper(seat=-2, void="0.1 mm")
 CORRUGATION = wt.Corrugation(amplitude=1e-4, wavelength=0.1, start=0.05)

@@ -7,9 +7,9 @@ from scipy.optimize import fsolve
 import wheeltapper as wt
 from tests.cases import rows
 from wheeltapper.lower.wagon import lower_wagon
-from wheeltapper.march.assembly import TO_RATE
-from wheeltapper.march.multibody import start_rates
-from wheeltapper.march.wheel_rows import FX, FY, NORMAL, ROLLING, ROW_G, SLIP_TURN, SLIP_X, SLIP_Y
+from wheeltapper.march.wagon.assembly import TO_RATE
+from wheeltapper.march.wagon.multibody import start_rates
+from wheeltapper.march.wagon.wheel_rows import FX, FY, NORMAL, ROLLING, ROW_G, SLIP_TURN, SLIP_X, SLIP_Y
 
 SPEED, FORCE = 10.0, 10e3
 Y, Z, ROLL, YAW, PITCH_RATE = 1, 2, 3, 5, TO_RATE + 4

@@ -5,8 +5,8 @@ import pytest
 from scipy.optimize import brentq
 
 import wheeltapper as wt
-from wheeltapper.lower.ellipse import semi_axes
-from wheeltapper.lower.kalker import coefficients
+from wheeltapper.lower.laws.ellipse import semi_axes
+from wheeltapper.lower.laws.kalker import coefficients
 from wheeltapper.record.simulate import ModelWarning
 
 GIVEN = wt.Hertz(constant_per_wheel=7.025e10)
@@ -149,7 +149,7 @@ def test_what_grows_already_at_the_lowest_speed_is_refused_and_no_growth_is_infi
 
 
 def test_a_loosely_held_wheelset_sways_as_its_conicity_says():
-    from wheeltapper.lower.patches import geometry_of
+    from wheeltapper.lower.laws.patches import geometry_of
 
     geometry = geometry_of(wt.profiles.WheelRail(), 0.46, 0.3)
     step = 1e-4

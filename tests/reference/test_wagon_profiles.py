@@ -6,7 +6,7 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import s1002
-from wheeltapper.lower.geometry import contact_geometry, radius_difference
+from wheeltapper.lower.laws.geometry import contact_geometry, radius_difference
 
 
 def scene(**profiles):

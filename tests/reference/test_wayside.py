@@ -12,7 +12,7 @@ from tests.wayside import Line, Wheel, least_deviation, low_passed, slow_train, 
 from wheeltapper.diagnosis import Recording, Site, calibrated, measure_trains
 from wheeltapper.diagnosis.wayside.vehicles import vehicles_of
 from wheeltapper.faces.cli import main
-from wheeltapper.record.reading_units import SI
+from wheeltapper.record.recordings.units import SI
 
 RATE, ROOT = 10e3, Path(__file__).parents[2]
 WAGONS = (np.array([0.0, 1.8, 9.0, 10.8]) + 14.4 * np.arange(6)[:, None]).ravel()

@@ -16,12 +16,12 @@ from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import Need
 from wheeltapper.ground.progress import Progress, progress_shown
-from wheeltapper.march import program as contract
+from wheeltapper.ground.warned import warn_caller
 from wheeltapper.march import run
-from wheeltapper.march.blocks import core_count
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.blocks import core_count
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.features import first_loss
-from wheeltapper.record.simulate import warn_caller
 
 if TYPE_CHECKING:
     import xarray as xr

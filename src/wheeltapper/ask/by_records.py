@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.cells import REFUSED, STATUS_OF_MARCH, ComputedCells
+from wheeltapper.ask.computed import REFUSED, STATUS_OF_MARCH, ComputedCells
 from wheeltapper.ask.margin_of_wheels import margin_of, readings_of_wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.ground.progress import progress_counter
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.record.kinds import kind_of
+from wheeltapper.march.common import program as contract
+from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.simulate import side_by_side, simulated_scenario
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper._version import __version__
-from wheeltapper.ask.cells import STATUS, TRUST, TRUST_BY_DIFFERENCES, ComputedCells
+from wheeltapper.ask.computed import STATUS, TRUST, TRUST_BY_DIFFERENCES, ComputedCells
 from wheeltapper.ask.study import Study, unit_of
-from wheeltapper.record.chart_store import FORMAT
+from wheeltapper.record.files.chart_store import FORMAT
 from wheeltapper.record.labels import CHART_TITLE, flag_attributes
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.locks import locked
 from wheeltapper.ground.notes import Shared, shared_notes
 from wheeltapper.ground.progress import progress_shown, report, say
-from wheeltapper.march.blocks import core_count
+from wheeltapper.march.common.blocks import core_count
 
 Place = tuple[int, ...]
 Done = tuple[Place, int, str, tuple[Shared, ...]]

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.march import assembly as asm
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.assembly import TO_RATE
-from wheeltapper.record.kinds import kind_of
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.wagon import assembly as asm
+from wheeltapper.march.wagon.assembly import TO_RATE
+from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.record import Record
 
 if TYPE_CHECKING:
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from wheeltapper.lower.on_rails import LoweredOnRails
     from wheeltapper.lower.wagon import LoweredWagon
     from wheeltapper.march.general.task import Marched
-    from wheeltapper.march.multibody import MultibodyMarch
-    from wheeltapper.march.single import March
+    from wheeltapper.march.wagon.multibody import MultibodyMarch
+    from wheeltapper.march.wheel.single import March
     from wheeltapper.record.features import Feature
 
 FloatArray = NDArray[np.float64]
@@ -175,7 +175,7 @@ class _OfWheel:
         return _slowest(march.events[march.events[:, contract.EVENT_CAUSE] == 0.0])  # the others are those of a jump
 
     def end_of(self, lowered: Lowered, march: March) -> FloatArray:
-        from wheeltapper.march import dense
+        from wheeltapper.march.wheel import dense
 
         row = run.sample(lowered.program, march, march.state[[contract.TIME]])[0]
         return np.asarray(row[[dense.OUT_WHEEL_Y, dense.OUT_WHEEL_V, dense.OUT_DECK_Y, dense.OUT_DECK_V]])

@@ -27,9 +27,9 @@ from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.track.lumped import contact_stiffness, rail_on_pads, whole_track
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.record.arguments import as_scenario
+from wheeltapper.record.assessment.filtering import checked_filter, settling_time
 from wheeltapper.record.features.forces import largest_force
 from wheeltapper.record.features.joint import P1, P2
-from wheeltapper.record.filtering import checked_filter, settling_time
 from wheeltapper.record.labels import JOINT_TITLE
 from wheeltapper.record.simulate import Method, simulate
 

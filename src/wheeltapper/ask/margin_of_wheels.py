@@ -17,14 +17,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.march import assembly as asm
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.wheel_rows import DELTA_RATE, GRIP, ROW_DELTA
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.wagon import assembly as asm
+from wheeltapper.march.wagon.wheel_rows import DELTA_RATE, GRIP, ROW_DELTA
 
 if TYPE_CHECKING:
     from wheeltapper.lower.wagon import LoweredWagon
-    from wheeltapper.march.multibody import MultibodyMarch
+    from wheeltapper.march.wagon.multibody import MultibodyMarch
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

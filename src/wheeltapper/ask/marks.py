@@ -14,10 +14,9 @@ from wheeltapper.describe.irregularity.measured import Measured
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.shown import Shown
-from wheeltapper.lower.marks import SAMPLES, SEMI_AXIS, Surface
-from wheeltapper.lower.on_rails import memory_of, on_wheels, virgin_rail
-from wheeltapper.lower.plastic import patch_semi_axis
-from wheeltapper.lower.wagon_marks import (
+from wheeltapper.lower.laws.plastic import patch_semi_axis
+from wheeltapper.lower.marks.marks import SAMPLES, SEMI_AXIS, Surface
+from wheeltapper.lower.marks.wagon_marks import (
     SIDES,
     lane_of,
     onset_of,
@@ -26,9 +25,10 @@ from wheeltapper.lower.wagon_marks import (
     semi_axis_of,
     wagon_rails,
 )
-from wheeltapper.march import program as contract
+from wheeltapper.lower.on_rails import memory_of, on_wheels, virgin_rail
 from wheeltapper.march import run
-from wheeltapper.march.law_columns import PLASTIC_ONSET
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.law_columns import PLASTIC_ONSET
 from wheeltapper.record.record import Record
 
 if TYPE_CHECKING:

@@ -15,9 +15,9 @@ from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.ground.arguments import check_flag
 from wheeltapper.lower.standing import jacobian
 from wheeltapper.lower.wagon import DECK, LoweredWagon, lower_wagon
-from wheeltapper.march import assembly as asm
 from wheeltapper.march import run
-from wheeltapper.march.assembly import LANES, PLACES, TO_RATE
+from wheeltapper.march.wagon import assembly as asm
+from wheeltapper.march.wagon.assembly import LANES, PLACES, TO_RATE
 from wheeltapper.record.arguments import as_scenario
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import lower, table_of
 from wheeltapper.lower.numbers import METHODS, Method
-from wheeltapper.lower.table import PathTable
-from wheeltapper.march import program as contract
+from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.march import run
+from wheeltapper.march.common import program as contract
 
 FloatArray = NDArray[np.float64]
 REACH = 0.25
@@ -92,7 +92,7 @@ def motion_at(scenario: Scenario, times: FloatArray, method: str = "default") ->
     InputError
         If no march of one wheelset takes the scenario.
     """
-    from wheeltapper.march import dense
+    from wheeltapper.march.wheel import dense
 
     run.choose(run.MOTION_AT, scenario.needs)
     path = table_at_hand(scenario, float(scenario.speed * scenario.duration), METHODS[method])

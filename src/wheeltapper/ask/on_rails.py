@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.cells import STATUS_OF_MARCH, ComputedCells, last_events
+from wheeltapper.ask.computed import STATUS_OF_MARCH, ComputedCells, last_events
 from wheeltapper.ground.notes import Shared, shared_notes
 from wheeltapper.ground.progress import progress_counter
 from wheeltapper.lower.cells_on_rails import CellsOnRails
 from wheeltapper.lower.numbers import Units
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.record.growth import Growth
-from wheeltapper.record.record_trains import end_forces_of, missing_energy_of
-from wheeltapper.record.trains import Trains, notes_of_cells
+from wheeltapper.march.common import program as contract
+from wheeltapper.record.trains.growth import Growth
+from wheeltapper.record.trains.of_record import end_forces_of, missing_energy_of
+from wheeltapper.record.trains.trains import Trains, notes_of_cells
 
 if TYPE_CHECKING:
     from wheeltapper.ask.study import Study
@@ -74,7 +74,7 @@ def _record(many: CellsOnRails, number: int, marched: MarchedAlone) -> Record:
 
 def trains_of(many: CellsOnRails, numbers: IntArray, marched: MarchedCells) -> Trains:
     """Return the impact trains of all contacts of some cells, in SI units, cell after cell."""
-    from wheeltapper.march.ensemble import Marched
+    from wheeltapper.march.wheel.ensemble import Marched
 
     static = many.static_force[numbers]
     cells, wheels = static.shape

@@ -16,13 +16,13 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import lower
 from wheeltapper.lower.fields import Fields
-from wheeltapper.lower.marks import MarkedPath, Surface, height_at, marks_at
+from wheeltapper.lower.laws.plastic import dissipated_by, law_rows, patch_semi_axis, plastic_bearing, static_force_of
+from wheeltapper.lower.marks.marks import MarkedPath, Surface, height_at, marks_at
 from wheeltapper.lower.numbers import METHODS, Placing, numbers_of
-from wheeltapper.lower.plastic import dissipated_by, law_rows, patch_semi_axis, plastic_bearing, static_force_of
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import Program
 from wheeltapper.march.general.at_rest import indentation_at_rest
-from wheeltapper.march.program import Program
 from wheeltapper.record.yielded import beyond_force
 
 FloatArray = NDArray[np.float64]
@@ -176,7 +176,7 @@ class RailLine:
 
     def after_pass(self, surface: Surface, number: int) -> tuple[Surface, PassResult]:
         """Return the surface after pass `number`, and the results of that pass."""
-        from wheeltapper.march.dense import OUT_DELTA, OUT_FORCE, OUT_RESIDUAL
+        from wheeltapper.march.wheel.dense import OUT_DELTA, OUT_FORCE, OUT_RESIDUAL
 
         speed, load, start = self._drawn_pass(number)
         program, length, time = self._pass_program(surface, speed, load, start)

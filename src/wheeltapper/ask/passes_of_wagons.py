@@ -14,9 +14,8 @@ from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK
 from wheeltapper.ground.notes import Note
-from wheeltapper.lower.marks import Surface
-from wheeltapper.lower.wagon import LoweredWagon, lower_wagon, started
-from wheeltapper.lower.wagon_marks import (
+from wheeltapper.lower.marks.marks import Surface
+from wheeltapper.lower.marks.wagon_marks import (
     SIDES,
     WornRails,
     constant_of,
@@ -25,9 +24,10 @@ from wheeltapper.lower.wagon_marks import (
     path_of,
     semi_axis_of,
 )
-from wheeltapper.march import assembly as asm
-from wheeltapper.march import program as contract
+from wheeltapper.lower.wagon import LoweredWagon, lower_wagon, started
 from wheeltapper.march import run
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.record.yielded import beyond_force_of_wagon
 
 FloatArray = NDArray[np.float64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from wheeltapper.ask.passes import SHAKEDOWN, PassResult, Scatter, checked_length, drawn_pass
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
-from wheeltapper.lower.marks import SEMI_AXIS, Surface
+from wheeltapper.lower.marks.marks import SEMI_AXIS, Surface
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.lower.on_rails import (
     UnderWheels,
@@ -26,9 +26,9 @@ from wheeltapper.lower.on_rails import (
     under_wheels,
     virgin_rail,
 )
-from wheeltapper.lower.table import PathTable
-from wheeltapper.march import program as contract
+from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.march import run
+from wheeltapper.march.common import program as contract
 from wheeltapper.march.general.contract import Task
 from wheeltapper.record.yielded import beyond_force_on_rails
 

@@ -19,7 +19,7 @@ from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import LINEAR, OWN_LAW
-from wheeltapper.lower.own_law import indentation_under
+from wheeltapper.lower.laws.own_law import indentation_under
 from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.labels import LABELS

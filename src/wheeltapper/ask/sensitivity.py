@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.cells import others_of
+from wheeltapper.ask.beyond_trains import others_of
 from wheeltapper.ground.notes import Note, Shared
 from wheeltapper.ground.progress import progress_counter
 from wheeltapper.lower.many import EPSILON, Direction, LoweredCells
-from wheeltapper.lower.table import used_degree
-from wheeltapper.march import program as contract
+from wheeltapper.lower.paths.table import used_degree
 from wheeltapper.march import run
+from wheeltapper.march.common import program as contract
 from wheeltapper.record.features import Feature
 
 if TYPE_CHECKING:
-    from wheeltapper.march.ensemble import Cells, Marched
-    from wheeltapper.march.gradients import CellTangents, Tangents
-    from wheeltapper.record.trains import Trains
+    from wheeltapper.march.wheel.ensemble import Cells, Marched
+    from wheeltapper.march.wheel.gradients import CellTangents, Tangents
+    from wheeltapper.record.trains.trains import Trains
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -59,7 +59,7 @@ def feature_slopes(
     many: LoweredCells, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int
 ) -> FeatureSlopes:
     """Compute features and their derivatives with respect to some of the changed fields of `many`."""
-    from wheeltapper.march.gradients import PARAMETERS
+    from wheeltapper.march.wheel.gradients import PARAMETERS
 
     groups = [parameters[i : i + PARAMETERS] for i in range(0, len(parameters), PARAMETERS)]
     parts = [_slopes_of_block(many, group, features, threads) for group in groups]
@@ -69,8 +69,8 @@ def feature_slopes(
 
 def turns_of(many: LoweredCells, directions: list[Direction]) -> tuple[Cells, CellTangents]:
     """Return the cells, and their derivatives along some directions."""
-    from wheeltapper.march.gradients import CellTangents
-    from wheeltapper.march.tangent_path import LANES
+    from wheeltapper.march.steps.tangent_path import LANES
+    from wheeltapper.march.wheel.gradients import CellTangents
 
     cells = len(many.cells.first)
     numbers = np.zeros((cells, contract.NUMBERS, LANES))
@@ -94,7 +94,7 @@ def turns_of(many: LoweredCells, directions: list[Direction]) -> tuple[Cells, Ce
 def _slopes_of_block(
     many: LoweredCells, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int
 ) -> FeatureSlopes:
-    from wheeltapper.record.trains import Trains, notes_of_cells
+    from wheeltapper.record.trains.trains import Trains, notes_of_cells
 
     directions = [many.direction_along(path) for path in parameters]
     cells, turns = turns_of(many, directions)
@@ -189,7 +189,7 @@ class Rates(NamedTuple):
 
 def _with_imaginary_rates(marched: Marched, rates: Rates, direction: Direction, block: slice) -> Marched:
     """Return the results of a march with their derivatives along one direction as imaginary parts."""
-    from wheeltapper.march.tangent_path import OF_SIZE, OF_TIME
+    from wheeltapper.march.steps.tangent_path import OF_SIZE, OF_TIME
 
     events, peaks = marched.events.astype(complex), marched.peaks.astype(complex)
     events[:, contract.EVENT_TIME] += 1j * EPSILON * rates.events[:, OF_TIME]

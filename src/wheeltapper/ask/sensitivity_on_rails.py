@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask import cells as status_of
-from wheeltapper.ask.cells import ComputedCells
+from wheeltapper.ask import computed as status_of
+from wheeltapper.ask.computed import ComputedCells
 from wheeltapper.ask.sensitivity import Rates, derivatives
 from wheeltapper.ask.study import Study
 from wheeltapper.describe.scenario import Scenario
@@ -19,13 +19,13 @@ from wheeltapper.ground.progress import progress_counter
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import EPSILON
 from wheeltapper.lower.turns_on_rails import turn_along
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.record.kinds import kind_of
+from wheeltapper.march.common import program as contract
+from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.record import Record
-from wheeltapper.record.record_trains import trains_of
 from wheeltapper.record.simulate import side_by_side
-from wheeltapper.record.trains import Trains, notes_of_cells
+from wheeltapper.record.trains.of_record import trains_of
+from wheeltapper.record.trains.trains import Trains, notes_of_cells
 
 if TYPE_CHECKING:
     from wheeltapper.lower.on_rails import LoweredOnRails

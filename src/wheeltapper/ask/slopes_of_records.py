@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask import cells as status_of
+from wheeltapper.ask import computed as status_of
 from wheeltapper.ask.by_records import scenario_of_cell
-from wheeltapper.ask.cells import ComputedCells
+from wheeltapper.ask.computed import ComputedCells
 from wheeltapper.ask.differences import Slope, slope_at
 from wheeltapper.ask.finer import FinerRun, finer_run, gentlest_and_growth
 from wheeltapper.ground.notes import Note, Shared, shared_notes
@@ -39,9 +39,10 @@ CORNER = "its slopes on both sides differ"
 """Why there is no derivative."""
 
 
-def slopes_of_records(asked: Study, changed: dict[str, FloatArray], threads: int) -> ComputedCells:
-    """Compute some cells of a study with derivatives: those in which the varied fields have the given values."""
-    plain = status_of.compute_cells(replace(asked, gradient=(), by_differences=False), changed, threads)
+def slopes_of_records(
+    asked: Study, changed: dict[str, FloatArray], plain: ComputedCells, threads: int
+) -> ComputedCells:  # fmt: skip
+    """Return some cells of a study with derivatives; `plain` is what was computed of them without."""
     wheels, cells = asked.wheel_shape, len(plain.status)
     gradient = np.full((len(asked.features), len(asked.gradient), *wheels, cells), np.nan)
     error, trust, growth = gradient.copy(), plain.trust.copy(), plain.amplification.copy()

@@ -15,10 +15,10 @@ from wheeltapper.describe.vehicle.element import Friction
 from wheeltapper.ground.arguments import as_between, as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
+from wheeltapper.ground.warned import ModelWarning, warn_caller
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
-from wheeltapper.record.simulate import ModelWarning, warn_caller
 
 __all__ = ["critical_speed"]
 

@@ -15,15 +15,16 @@ from typing import Any
 import numpy as np
 
 from wheeltapper._version import __version__
-from wheeltapper.ask.cells import ComputedCells, compute_cells
+from wheeltapper.ask.cells import compute_cells
 from wheeltapper.ask.chart import chart_attributes, chart_dataset
+from wheeltapper.ask.computed import ComputedCells
 from wheeltapper.ask.spec import described_study
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError, brief
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Shared
 from wheeltapper.march import run
-from wheeltapper.record.chart_store import (
+from wheeltapper.record.files.chart_store import (
     FORMAT,
     MISSING,
     THERE,
@@ -32,8 +33,8 @@ from wheeltapper.record.chart_store import (
     state_of,
     write_checksums,
 )
+from wheeltapper.record.files.stored import check_format
 from wheeltapper.record.labels import CHART_TITLE
-from wheeltapper.record.stored import check_format
 
 EVERY_CHUNK = {"array.write_empty_chunks": True}
 """Zarr setting that writes chunks with nothing but NaN, too. In a store a chunk without a file is one that has not been

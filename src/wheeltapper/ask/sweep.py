@@ -14,11 +14,11 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.progress import Progress, progress_shown
+from wheeltapper.ground.warned import warn_of
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march import run
-from wheeltapper.march.blocks import core_count
+from wheeltapper.march.common.blocks import core_count
 from wheeltapper.record.arguments import as_scenario
-from wheeltapper.record.simulate import warn_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -17,9 +17,9 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import EPSILON, LoweredCells
 from wheeltapper.lower.numbers import Units
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.program import Program
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import Program
 
 FloatArray = NDArray[np.float64]
 
@@ -64,8 +64,8 @@ def trajectory(
         If the motion has no exact derivatives.
     """
     check_along(run.TRAJECTORY, scenario, parameters)
-    from wheeltapper.march.tangent_path import LANES
-    from wheeltapper.march.tangent_samples import RATE, VALUE
+    from wheeltapper.march.steps.tangent_path import LANES
+    from wheeltapper.march.wheel.tangent_samples import RATE, VALUE
 
     here = {path: np.array([float(Fields(scenario)(path))]) for path in parameters}
     many = LoweredCells(scenario, here or {"speed": np.array([float(scenario.speed)])}, method, table_at_hand)
@@ -97,7 +97,7 @@ def tilted_motion(samples: FloatArray, lane: int, units: Units, scaled: FloatArr
 
     At a time in s, the scaled time moves as the unit of time does.
     """
-    from wheeltapper.march.tangent_samples import FIRST_LANE, RATE, VALUE
+    from wheeltapper.march.wheel.tangent_samples import FIRST_LANE, RATE, VALUE
 
     time = np.ravel(units.time)[0]
     stretch = time.imag / EPSILON / time.real
@@ -109,7 +109,7 @@ def in_si(
     numbers: NDArray[np.complex128], units: Units, motion: NDArray[np.complex128], scaled: FloatArray
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Return force and deck acceleration (zero on a stiff track) in SI units; derivatives are imaginary parts."""
-    from wheeltapper.march.tangent_samples import FORCE, SAMPLED_DECK_V, SAMPLED_DECK_Y
+    from wheeltapper.march.wheel.tangent_samples import FORCE, SAMPLED_DECK_V, SAMPLED_DECK_Y
 
     force, height, velocity = (motion[:, row] for row in (FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V))
     length, time, weight = (np.ravel(getattr(units, name))[0] for name in ("length", "time", "force"))

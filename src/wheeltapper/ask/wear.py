@@ -29,15 +29,15 @@ from wheeltapper.ground.arguments import as_count, as_path, as_quantity, as_tabl
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.ground.progress import Progress, progress_counter, progress_shown
-from wheeltapper.lower.marks import Surface
-from wheeltapper.march import program as contract
+from wheeltapper.ground.warned import warn_of
+from wheeltapper.lower.marks.marks import Surface
 from wheeltapper.march import run
-from wheeltapper.march.blocks import core_count
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.blocks import core_count
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
-from wheeltapper.record.checksum import CHECKSUM, checksum, is_damaged
+from wheeltapper.record.files.checksum import CHECKSUM, checksum, is_damaged
 from wheeltapper.record.kinds import OUTCOMES
 from wheeltapper.record.labels import WEAR_TITLE
-from wheeltapper.record.simulate import warn_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from wheeltapper.diagnosis.wayside.measure import measure_trains as measure_trains
     from wheeltapper.diagnosis.wayside.seen import blind_shares as blind_shares
     from wheeltapper.record.limits.rule import read_rules as read_rules
-    from wheeltapper.record.read_recording import write_recording as write_recording
-    from wheeltapper.record.recording import Recording as Recording
+    from wheeltapper.record.recordings.recording import Recording as Recording
+    from wheeltapper.record.recordings.writing import write_recording as write_recording
 
 _HOMES = {
     "CATALOGUE": "diagnosis.faults.base",
@@ -45,7 +45,7 @@ _HOMES = {
     "Condition": "diagnosis.site.neighbours",
     "Neighbour": "diagnosis.site.neighbours",
     "Prior": "diagnosis.inference.problem",
-    "Recording": "record.recording",
+    "Recording": "record.recordings.recording",
     "Sensor": "describe.sensor",
     "Site": "describe.site",
     "assess": "diagnosis.performance",
@@ -68,7 +68,7 @@ _HOMES = {
     "roc": "diagnosis.detection.roc",
     "signal_response": "diagnosis.detection.signal_response",
     "synthesise_train": "diagnosis.site.synthetic",
-    "write_recording": "record.read_recording",
+    "write_recording": "record.recordings.writing",
 }
 """Public names of the room, and the module that holds each."""
 

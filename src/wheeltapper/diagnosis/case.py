@@ -23,7 +23,7 @@ from wheeltapper.ground.arguments import as_list
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import BILATERAL
 from wheeltapper.march import run
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.recordings.recording import Recording
 
 EXPLAINED = 1.3
 """Largest χ² per degree of freedom at which a model explains a recording. If the best model has more, the verdict is

@@ -54,10 +54,11 @@ from wheeltapper.diagnosis.measured import Forces, forces_with_unexplained, meas
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
+from wheeltapper.ground.warned import ModelWarning
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.plausible import site_notes
-from wheeltapper.record.recording import Recording
-from wheeltapper.record.simulate import ModelWarning, simulate
+from wheeltapper.record.recordings.recording import Recording
+from wheeltapper.record.simulate import simulate
 
 FloatArray = NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.fields import Fields
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
 

@@ -102,7 +102,7 @@ def diagnose_all(
 
 def _reading_arguments(given: Mapping[str, Any] | None) -> dict[str, Any]:
     """Return arguments of `read_recording`."""
-    from wheeltapper.record.read_recording import read_recording
+    from wheeltapper.record.recordings.read import read_recording
 
     known = [name for name in inspect.signature(read_recording).parameters if name != "path"]
     reading = as_table(given, "reading", f"a table of {', '.join(known)}")
@@ -122,7 +122,7 @@ def _with_speeds(
         raise InputError("", "speeds", "a speed for all files, too", "one of the two")
     source = ""
     if isinstance(speeds, str | Path):
-        from wheeltapper.record.reading_speeds import read_speeds
+        from wheeltapper.record.recordings.speeds import read_speeds
 
         source, speeds = str(speeds), read_speeds(speeds)
     given = as_table(speeds, "speeds", "speeds by the names of files, or the path of a table")
@@ -137,7 +137,7 @@ _Task = tuple[Path, "_EntryFile | None", dict[str, Any], After | None, bool]
 
 
 def _diagnose_file(site: Site, task: _Task) -> dict[str, Any]:
-    from wheeltapper.record.read_recording import read_recording
+    from wheeltapper.record.recordings.read import read_recording
 
     path, place, reading, after, raising = task
     finding = None

@@ -11,7 +11,7 @@ from wheeltapper.diagnosis.inference.estimate import Estimate, estimate_of, prio
 from wheeltapper.diagnosis.inference.fitting import fit_over_windows
 from wheeltapper.ground.arguments import as_names, as_table
 from wheeltapper.ground.progress import Progress, progress_shown, report
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.recordings.recording import Recording
 
 
 def identify(

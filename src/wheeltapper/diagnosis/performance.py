@@ -29,8 +29,8 @@ from wheeltapper.ground.arguments import as_count, as_names, as_path, as_table
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.ground.shown import Shown
+from wheeltapper.ground.warned import warn_of
 from wheeltapper.lower.plausible import doubts, site_notes
-from wheeltapper.record.simulate import warn_of
 
 FloatArray = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
-from wheeltapper.record.reading_apart import how_it_ended
+from wheeltapper.record.recordings.apart import how_it_ended
 
 STILLBORN = 4
 """After so many processes in a row that died as they started there is no room for more: the others go on without."""

@@ -23,9 +23,9 @@ from wheeltapper.ground.arguments import as_count, as_list, check_text
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.ground.shown import Shown
-from wheeltapper.record.arguments import as_recordings
 from wheeltapper.record.limits.rule import Rule, Rules, as_rules, rule_notes
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.recordings.given import as_recordings
+from wheeltapper.record.recordings.recording import Recording
 from wheeltapper.record.simulate import simulate
 
 FORMAT = 1

@@ -248,7 +248,7 @@ def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output"
 
     from wheeltapper.faces.paper.run import chosen_claims, measure_claims
     from wheeltapper.ground.progress import progress_shown
-    from wheeltapper.record.simulate import ModelWarning
+    from wheeltapper.ground.warned import ModelWarning
 
     names = list(which) or ["all"]
     chosen_claims(names)

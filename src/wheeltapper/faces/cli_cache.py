@@ -40,7 +40,7 @@ def cache(*, empty: Switch = False, fill: Switch = False, workers: int | None = 
     for one in found:
         old = "" if one.is_current else ", of other sources"
         removed = ", removed" if one in gone else ""
-        print(f"  {kept.MARCHES[one.march]}: {one.kernels} kernels, {one.size / 2**20:.1f} MB{old}{removed}")
+        print(f"  {kept.ROOMS[one.room]}: {one.kernels} kernels, {one.size / 2**20:.1f} MB{old}{removed}")
     if not found:
         print("  none")
     for level, kernels in prebuilt.counted(prebuilt.PLACE).items():
@@ -57,12 +57,12 @@ def _fill(workers: int | None) -> int:
     from wheeltapper.diagnosis.processes import Lost, in_processes
     from wheeltapper.faces.filling import ask, asks
     from wheeltapper.ground.progress import progress_shown, report, say
-    from wheeltapper.march.blocks import core_count
-    from wheeltapper.march.compiling.kept import MARCHES
+    from wheeltapper.march.common.blocks import core_count
+    from wheeltapper.march.compiling.kept import ROOMS
     from wheeltapper.march.compiling.store import NOT_KEPT, store_of
     from wheeltapper.march.compiling.telling import told_once
 
-    if not all(store_of(march).is_sound for march in MARCHES):
+    if not all(store_of(room).is_sound for room in ROOMS):
         return NOT_FINISHED  # and it is said why
     said, many = {*told_once()}, len(asks())
     held = min(core_count(), MOST) if workers is None else workers

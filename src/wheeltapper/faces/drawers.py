@@ -59,7 +59,7 @@ KINDS = {
     "record.limits.comparison.LimitCheck": Drawer("joints.draw_limits"),
     "record.limits.rule.Rule": Drawer("joints.draw_rule"),
     "record.record.Record": Drawer("records.draw_record", "results.draw_records"),
-    "record.recording.Recording": Drawer("results.draw_recording", "results.draw_recordings"),
+    "record.recordings.recording.Recording": Drawer("results.draw_recording", "results.draw_recordings"),
 }
 """By the class, or one that it is made of."""
 TITLES = {

@@ -108,7 +108,7 @@ def _at_rate(rate: float, count: int) -> tuple[str, str]:
 
 def elastic_constant(law: Any) -> float:
     """Return C of a wheelset, N/m^1.5, for wheels of the usual radius where it is computed."""
-    from wheeltapper.lower.ellipse import contact_constant
+    from wheeltapper.lower.laws.ellipse import contact_constant
 
     if law.constant is not None:
         return float(law.constant)
@@ -170,8 +170,8 @@ def creep_force(law: CreepLaw, creepage: FloatArray) -> tuple[FloatArray, FloatA
 
     The wheel of steel is pressed with 75 kN on a crown of 0.3 m; there is no spin.
     """
-    from wheeltapper.lower.ellipse import semi_axes
-    from wheeltapper.lower.kalker import coefficients
+    from wheeltapper.lower.laws.ellipse import semi_axes
+    from wheeltapper.lower.laws.kalker import coefficients
 
     along, across = (
         float(axis[0]) * np.cbrt(PRESSED)
@@ -187,9 +187,9 @@ def creep_force(law: CreepLaw, creepage: FloatArray) -> tuple[FloatArray, FloatA
 
 def _fastsim(law: Fastsim, utilisation: FloatArray) -> FloatArray:
     """Return T/(μ·N) at F/(μ·N) by FASTSIM."""
-    from wheeltapper.march.assembly import LANES
-    from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC, SHARE_ELLIPTIC, SHARE_PARABOLIC, fastsim
-    from wheeltapper.march.wheel_rows import OCTET_ROWS, SUM_X, UX
+    from wheeltapper.march.wagon.assembly import LANES
+    from wheeltapper.march.wagon.fastsim import ELLIPTIC, PARABOLIC, SHARE_ELLIPTIC, SHARE_PARABOLIC, fastsim
+    from wheeltapper.march.wagon.wheel_rows import OCTET_ROWS, SUM_X, UX
 
     bound, share = (PARABOLIC, SHARE_PARABOLIC) if law.bound == "parabolic" else (ELLIPTIC, SHARE_ELLIPTIC)
     small = 3.0 / 8.0 / share  # of the unit slip the linear sum is 8/3

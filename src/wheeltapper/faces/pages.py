@@ -30,7 +30,7 @@ from wheeltapper.orbits.orbit import Orbit
 from wheeltapper.record.limits.comparison import LimitCheck
 from wheeltapper.record.limits.rule import Rule
 from wheeltapper.record.record import Record
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
 LONG, MANY, FEW, DEEP = 100, 24, 8, 3

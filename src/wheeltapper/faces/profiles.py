@@ -11,8 +11,8 @@ from wheeltapper.describe.profile.s1002 import FLANGE_BACK
 from wheeltapper.describe.profile.wheel_rail import Cones, Profiles, WheelRail
 from wheeltapper.faces.panels import BLUE, RED, legend_above
 from wheeltapper.ground.errors import InputError, value_text
-from wheeltapper.lower.geometry import laid_rail, radius_difference
-from wheeltapper.lower.patches import geometry_of
+from wheeltapper.lower.laws.geometry import laid_rail, radius_difference
+from wheeltapper.lower.laws.patches import geometry_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,7 +13,7 @@ from wheeltapper.diagnosis.force.reconstruction import Force
 from wheeltapper.faces.panels import BLUE, COLOURS, GREEN, RED, in_unit, legend_above, panels, words
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.record import Record
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.recordings.recording import Recording
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from math import inf, isfinite
 from numbers import Integral
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.quantities import to_si
+
+T = TypeVar("T")
 
 
 def as_path(given: Any, field: str, allowed: str) -> Path:
@@ -128,3 +130,14 @@ def check_choice(given: Any, field: str, allowed: Iterable[str]) -> None:
     names = list(allowed)
     if not isinstance(given, str) or given not in names:
         raise InputError("", field, value_text(given), with_suggestion(str(given), names, ", ".join(map(repr, names))))
+
+
+def value_of_each(several: Iterable[Any], field: str, as_one: Callable[[Any], T]) -> list[T]:
+    """Return what each of several stands for; of what is none of a kind, the message names the place."""
+    out = []
+    for i, one in enumerate(several):
+        try:
+            out.append(as_one(one))
+        except InputError as error:
+            raise error if error.source else InputError("", f"{field}.{i}", error.found, error.allowed) from None
+    return out

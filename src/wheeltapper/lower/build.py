@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 from wheeltapper.describe.irregularity.course import Course, level
 from wheeltapper.ground.needs import MEMORY, YIELDING
 from wheeltapper.ground.notes import Note
-from wheeltapper.lower import ellipse
 from wheeltapper.lower.fields import Fields
-from wheeltapper.lower.fit import Factor
+from wheeltapper.lower.laws import ellipse
+from wheeltapper.lower.laws.plastic import yielding_programs
 from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
-from wheeltapper.lower.plastic import yielding_programs
+from wheeltapper.lower.paths.fit import Factor
+from wheeltapper.lower.paths.point import point_table
+from wheeltapper.lower.paths.rolling import circle_table
+from wheeltapper.lower.paths.sampled import over_the_run, pieces_note
+from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.lower.plausible import doubts
-from wheeltapper.lower.point import point_table
-from wheeltapper.lower.rolling import circle_table
-from wheeltapper.lower.sampled import over_the_run, pieces_note
-from wheeltapper.lower.table import PathTable
-from wheeltapper.march import program as contract
-from wheeltapper.march.program import Program
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import Program
 
 if TYPE_CHECKING:
     from wheeltapper.describe.scenario import Scenario

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.needs import DECK
 from wheeltapper.ground.notes import Note, Shared, shared_notes
-from wheeltapper.lower import ellipse
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.known import check_known
+from wheeltapper.lower.laws import ellipse
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.lower.on_rails import (
     SUDDEN,
@@ -31,8 +31,8 @@ from wheeltapper.lower.on_rails import (
     task_of,
     under_wheels,
 )
+from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.lower.plausible import implausible_cells
-from wheeltapper.lower.table import PathTable
 from wheeltapper.lower.track.reach import cutoff_note
 from wheeltapper.lower.unmet import acting_in, unmet_cells
 from wheeltapper.march.general.contract import Task

@@ -21,19 +21,19 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.needs import YIELDING
 from wheeltapper.ground.notes import Note, Shared, shared_notes
-from wheeltapper.lower.bends import table_tangent
 from wheeltapper.lower.build import SHARP_DIP, courses_of, curvature_range, sharp_dip, table_of
-from wheeltapper.lower.ellipse import factor_function
 from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.laws.ellipse import factor_function
+from wheeltapper.lower.laws.plastic import yielding_programs
 from wheeltapper.lower.numbers import METHODS, Method, Placing, Units, numbers_of
-from wheeltapper.lower.plastic import yielding_programs
+from wheeltapper.lower.paths.bends import table_tangent
+from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.lower.plausible import implausible_cells
-from wheeltapper.lower.table import PathTable
 from wheeltapper.lower.unmet import deck_acting, irregularities_acting, unmet_cells
-from wheeltapper.march import program as contract
-from wheeltapper.march.ensemble import Cells
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import Program
 from wheeltapper.march.general.at_rest import Numbers
-from wheeltapper.march.program import Program
+from wheeltapper.march.wheel.ensemble import Cells
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -17,11 +17,11 @@ from wheeltapper.describe.contact.restitution import hysteresis_from_restitution
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.vehicle.wheelset import Wheelset
-from wheeltapper.lower import ellipse
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.first_order import first_order
 from wheeltapper.lower.known import check_known
-from wheeltapper.march import program as contract
+from wheeltapper.lower.laws import ellipse
+from wheeltapper.march.common import program as contract
 from wheeltapper.march.general.at_rest import Bearing, Numbers, indentation_at_rest
 
 EVENT_LIMIT = 10_000_000

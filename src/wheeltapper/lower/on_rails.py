@@ -23,29 +23,29 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.needs import YIELDING
 from wheeltapper.ground.notes import Note
-from wheeltapper.lower import ellipse
 from wheeltapper.lower.build import path_table
 from wheeltapper.lower.known import check_known
-from wheeltapper.lower.marks import SAMPLES, MarkedPath, Surface
+from wheeltapper.lower.laws import ellipse
+from wheeltapper.lower.laws.own_law import table_note, tabulated_law
+from wheeltapper.lower.laws.plastic import patch_semi_axis, stretched_rows, virgin_pieces
+from wheeltapper.lower.marks.marks import SAMPLES, MarkedPath, Surface
+from wheeltapper.lower.marks.rail_memory import RailMemory
 from wheeltapper.lower.numbers import METHODS, Method, contact_alone, hysteresis_factor, units_of
-from wheeltapper.lower.own_law import table_note, tabulated_law
-from wheeltapper.lower.plastic import patch_semi_axis, stretched_rows, virgin_pieces
+from wheeltapper.lower.paths.table import PathTable, blank_rows
 from wheeltapper.lower.plausible import doubts
-from wheeltapper.lower.rail_memory import RailMemory
-from wheeltapper.lower.table import PathTable, blank_rows
 from wheeltapper.lower.track.anomalies import NONE, Anomalies, Void, anomalies_of, check_seats
 from wheeltapper.lower.track.irregular import IrregularModes
 from wheeltapper.lower.track.reach import Reach, critical_speed, cutoff_note, modes_of
 from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.lower.track.section import section_of
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.law_columns import PLASTIC_CONSTANT, PLASTIC_ONSET
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.laws.corners import STRETCH_BEGIN, STRETCH_FORCE, STRETCH_PLACE, STRETCH_SLOPE
 from wheeltapper.march.general.march import force_at_rest
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.tables import MOST_PHASES, longest_step
-from wheeltapper.march.law_columns import PLASTIC_CONSTANT, PLASTIC_ONSET
 
 FloatArray = NDArray[np.float64]
 DECK = "deck"

@@ -20,7 +20,7 @@ from wheeltapper.describe.site import Site
 from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.ground.notes import Note, Shared
 from wheeltapper.ground.quantities import UNITS, si_unit
-from wheeltapper.lower.ellipse import contact_constant
+from wheeltapper.lower.laws.ellipse import contact_constant
 from wheeltapper.lower.unmet import unmet_notes
 
 FloatArray = NDArray[np.float64]

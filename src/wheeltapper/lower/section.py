@@ -18,14 +18,14 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import courses_of, path_table
-from wheeltapper.lower.ellipse import factor_function
 from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.laws.ellipse import factor_function
 from wheeltapper.lower.many import LoweredCells
 from wheeltapper.lower.numbers import METHODS, Method, Units
-from wheeltapper.lower.table import PathTable, assemble
-from wheeltapper.march import program as contract
-from wheeltapper.march.ensemble import Cells
-from wheeltapper.march.program import Program
+from wheeltapper.lower.paths.table import PathTable, assemble
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import Program
+from wheeltapper.march.wheel.ensemble import Cells
 
 FloatArray = NDArray[np.float64]
 MOST_PERIODS = 1000

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.vehicle.wagon import TREADS_APART
 from wheeltapper.ground.errors import InputError
-from wheeltapper.lower.plastic import virgin_pieces
-from wheeltapper.lower.table import blank_rows
-from wheeltapper.march import assembly as asm
+from wheeltapper.lower.laws.plastic import virgin_pieces
+from wheeltapper.lower.paths.table import blank_rows
 from wheeltapper.march import run
-from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
-from wheeltapper.march.law_columns import PLASTIC_ONSET
-from wheeltapper.march.program import PIECE_COLUMNS, STOP
-from wheeltapper.march.wheel_rows import NORMAL, ROW_PATH
+from wheeltapper.march.common.law_columns import PLASTIC_ONSET
+from wheeltapper.march.common.program import PIECE_COLUMNS, STOP
+from wheeltapper.march.wagon import assembly as asm
+from wheeltapper.march.wagon.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
+from wheeltapper.march.wagon.wheel_rows import NORMAL, ROW_PATH
 
 if TYPE_CHECKING:
     from wheeltapper.lower.wagon import StateLayout

@@ -15,11 +15,11 @@ from wheeltapper.describe.placement import Placement, parsed_place
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import DECK
-from wheeltapper.lower.bends import table_tangent
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.first_order import STEP, WEIGHTS
 from wheeltapper.lower.many import shapes_the_path
 from wheeltapper.lower.on_rails import LoweredOnRails, on_wheels
+from wheeltapper.lower.paths.bends import table_tangent
 from wheeltapper.march.general.contract import Bodies
 from wheeltapper.march.general.turned import SystemTurn
 

@@ -21,11 +21,10 @@ from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import path_table
-from wheeltapper.lower.ellipse import contact_constant
 from wheeltapper.lower.known import check_known
-from wheeltapper.lower.numbers import METHODS, Method
-from wheeltapper.lower.own_law import flat_law, indentation_under, loss_at, table_note
-from wheeltapper.lower.patches import (
+from wheeltapper.lower.laws.ellipse import contact_constant
+from wheeltapper.lower.laws.own_law import flat_law, indentation_under, loss_at, table_note
+from wheeltapper.lower.laws.patches import (
     WIDTH,
     Surface,
     cells_of,
@@ -35,24 +34,25 @@ from wheeltapper.lower.patches import (
     patch_tables,
     saturation_cells,
 )
-from wheeltapper.lower.plastic import virgin_pieces
+from wheeltapper.lower.laws.plastic import virgin_pieces
+from wheeltapper.lower.numbers import METHODS, Method
+from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.lower.plausible import doubts
 from wheeltapper.lower.standing import level_assembly, normal_forces, standing_on, steady_state
 from wheeltapper.lower.structure import SeriesDamper, Structure, structure_of
-from wheeltapper.lower.table import PathTable
-from wheeltapper.march import assembly as asm
-from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
-from wheeltapper.march.columns import packed_columns
-from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
-from wheeltapper.march.law_columns import PLASTIC_ONSET
-from wheeltapper.march.remembering import OverMarks
+from wheeltapper.march.common.law_columns import PLASTIC_ONSET
+from wheeltapper.march.wagon import assembly as asm
+from wheeltapper.march.wagon.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
+from wheeltapper.march.wagon.columns import packed_columns
+from wheeltapper.march.wagon.fastsim import ELLIPTIC, PARABOLIC
+from wheeltapper.march.wagon.remembering import OverMarks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from wheeltapper.lower.marks.wagon_marks import WagonRails, WornRails
     from wheeltapper.lower.track.anomalies import Void
-    from wheeltapper.lower.wagon_marks import WagonRails, WornRails
-    from wheeltapper.march.rails.march import OnRails
+    from wheeltapper.march.wagon.rails.march import OnRails
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -352,7 +352,7 @@ def lower_wagon(scenario: Scenario, method: str = "default", worn: WornRails | N
 
 def _yielding(assembly: Assembly, contact: ElasticPlastic, constant: float, heaviest: float) -> Assembly:
     """Return an assembly with treads that yield; its numbers take those of the law. `constant`: of a middle wheel."""
-    from wheeltapper.lower.wagon_marks import plastic_law, plastic_numbers
+    from wheeltapper.lower.marks.wagon_marks import plastic_law, plastic_numbers
 
     numbers = assembly.numbers
     numbers[asm.YIELD_LAW : asm.AT_LAW] = plastic_numbers(contact, constant, heaviest)
@@ -365,8 +365,8 @@ def _memory_of(
     worn: WornRails | None,
 ) -> tuple[WagonRails | None, tuple[Note, ...]]:  # fmt: skip
     """Return what the rails remember of a wagon that yields, and notes; `force` is that of a wheel at rest, N."""
+    from wheeltapper.lower.marks.wagon_marks import SCALED, semi_axis_of, wagon_rails
     from wheeltapper.lower.on_rails import VIRGIN
-    from wheeltapper.lower.wagon_marks import SCALED, semi_axis_of, wagon_rails
 
     several = len(scenario.vehicle.axles) > 1
     if scenario.rolling != "point" or not (several or worn):

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
+from wheeltapper.lower.marks.wagon_marks import WornRails
 from wheeltapper.lower.on_rails import GENERAL_METHODS, SUDDEN, check_speed, port_of
 from wheeltapper.lower.standing import normal_forces
 from wheeltapper.lower.track.anomalies import Void, anomalies_of, check_seats
@@ -24,15 +25,14 @@ from wheeltapper.lower.track.reach import Reach, cutoff_note, modes_of, rolling_
 from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.lower.wagon import LoweredWagon, lower_wagon
-from wheeltapper.lower.wagon_marks import WornRails
-from wheeltapper.march import assembly as asm
-from wheeltapper.march.assembly import HALF, LANES, Assembly
 from wheeltapper.march.general.contract import Port
 from wheeltapper.march.general.march import forces_of_ports, rest_of
 from wheeltapper.march.general.tables import Units
-from wheeltapper.march.rail_motion import rails_array
-from wheeltapper.march.rails.march import OnRails, ways_of
-from wheeltapper.march.rails.modes import AGAINST, TOGETHER, Track, fours_of, system_of
+from wheeltapper.march.wagon import assembly as asm
+from wheeltapper.march.wagon.assembly import HALF, LANES, Assembly
+from wheeltapper.march.wagon.rail_motion import rails_array
+from wheeltapper.march.wagon.rails.march import OnRails, ways_of
+from wheeltapper.march.wagon.rails.modes import AGAINST, ALIKE, Track, fours_of, system_of
 
 FloatArray = NDArray[np.float64]
 TOLERANCES = {"default": 1e-6, "strict": 1e-8}
@@ -74,10 +74,10 @@ def lower_wagon_on_rails(
     below = _sleepers(modes, voids, np.ones(len(voids))), _sleepers(rolling, voids, arms_of(scenario, reach.bays))
     track = Track(rings, chosen, from_seat, float(scenario.speed), units, below)
     static = normal_forces(lowered.assembly, lowered.assembly.start, len(places)).T
-    rest = [rest_of(system_of(track, way)) for way in (TOGETHER, AGAINST)]
+    rest = [rest_of(system_of(track, way)) for way in (ALIKE, AGAINST)]
     force = ways_of(np.hstack([static, _forces_below(static, voids, [way.deflections for way in rest])]))
     assembly = over_voids(_with_moments(lowered, track, method), voids)
-    amplitudes = force[TOGETHER] @ rest[TOGETHER].amplitudes, force[AGAINST] @ rest[AGAINST].amplitudes
+    amplitudes = force[ALIKE] @ rest[ALIKE].amplitudes, force[AGAINST] @ rest[AGAINST].amplitudes
     together, against = (
         (one @ way.deflections.T)[: len(places)] for one, way in zip(force, rest, strict=True)
     )  # fmt: skip
@@ -124,7 +124,7 @@ def _sleepers(modes: TrackModes | IrregularModes, voids: tuple[Void, ...], arms:
 def _forces_below(static: FloatArray, voids: tuple[Void, ...], gives: list[FloatArray]) -> FloatArray:
     """Return what the ballast below voids bears at rest under forces of the wheels, N, both (2, …), left and right."""
     wheels = static.shape[1]
-    same, other = 0.5 * (gives[TOGETHER] + gives[AGAINST]), 0.5 * (gives[TOGETHER] - gives[AGAINST])
+    same, other = 0.5 * (gives[ALIKE] + gives[AGAINST]), 0.5 * (gives[ALIKE] - gives[AGAINST])
     both = np.block([[same, other], [other, same]])
     pressing = np.tile(np.arange(len(same)) < wheels, 2)
     below = np.hstack([both[~pressing][:, pressing], both[~pressing][:, ~pressing]])

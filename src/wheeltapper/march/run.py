@@ -44,26 +44,26 @@ from wheeltapper.ground.needs import (
     Need,
     rank_of,
 )
-from wheeltapper.march.assembly import Assembly
+from wheeltapper.march.common.program import FloatArray, IntArray, Program
+from wheeltapper.march.common.telling import Tell, report_nothing
 from wheeltapper.march.general.contract import Task
-from wheeltapper.march.program import FloatArray, IntArray, Program
-from wheeltapper.march.telling import Tell, report_nothing
+from wheeltapper.march.wagon.assembly import Assembly
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from wheeltapper.march import ensemble, gradients, orbits
     from wheeltapper.march.general.ensemble import MarchedCells
     from wheeltapper.march.general.gradients import Tangents as RailTangents
     from wheeltapper.march.general.integrals import Rule, Works
     from wheeltapper.march.general.replay import Modes, Replayed, Starts
     from wheeltapper.march.general.task import Marched
     from wheeltapper.march.general.turned import SystemTurn
-    from wheeltapper.march.multibody import MultibodyMarch
-    from wheeltapper.march.rails.march import OnRails
-    from wheeltapper.march.rails.replay import RailsReplay
-    from wheeltapper.march.remembering import OverMarks
-    from wheeltapper.march.single import March
+    from wheeltapper.march.wagon.multibody import MultibodyMarch
+    from wheeltapper.march.wagon.rails.march import OnRails
+    from wheeltapper.march.wagon.rails.replay import RailsReplay
+    from wheeltapper.march.wagon.remembering import OverMarks
+    from wheeltapper.march.wheel import ensemble, gradients, orbits
+    from wheeltapper.march.wheel.single import March
 
     Wagons = Assembly | OnRails | OverMarks
     """Programs of the wagon's marches."""
@@ -318,11 +318,11 @@ def _present_and_otherwise(need: Need, needs: frozenset[Need]) -> tuple[str, str
 
 def _kernel_module(program: Program | Wagons | Task) -> Any:
     """Return the module of the march that takes a program."""
-    return import_module(f"wheeltapper.march.{_MODULES.get(type(program).__name__, 'single')}")
+    return import_module(f"wheeltapper.march.{_MODULES.get(type(program).__name__, 'wheel.single')}")
 
 
 _MODULES = {
-    "Task": "general.task", "Assembly": "multibody", "OnRails": "rails.march", "OverMarks": "remembering"
+    "Task": "general.task", "Assembly": "wagon.multibody", "OnRails": "wagon.rails.march",
 }  # fmt: skip
 """Modules of the marches, by what they take; all else is a wheelset's."""
 
@@ -333,22 +333,24 @@ def march(program: Program, tell: Tell = report_nothing) -> March: ...
 def march(program: Wagons, tell: Tell = report_nothing) -> MultibodyMarch: ...
 @overload
 def march(program: Task, tell: Tell = report_nothing) -> Marched: ...
-def march(program: Program | Wagons | Task, tell: Tell = report_nothing) -> Any:
-    """March a program from its start to its end."""
+def march(program: Any, tell: Tell = report_nothing) -> Any:
+    """March a program from its start to its end; a vehicle that meets its own marks lays them on the way."""
+    if hasattr(program, "program"):
+        return _kernel_module(program.program).march(program.program, tell, program.memory)
     return _kernel_module(program).march(program, tell)
 
 
 def _dense_column_count(program: Program) -> int:
     """Return how many columns the dense output of a program has."""
-    from wheeltapper.march import dense
+    from wheeltapper.march.wheel import dense
 
     return dense.ENDED_OUT_COLUMNS if program.damper_ends else dense.OUT_COLUMNS
 
 
 def sample(program: Program, found: March, times: FloatArray) -> FloatArray:
     """Return the dense output at rising times (scaled); columns for a damper's own end follow where there is one."""
-    from wheeltapper.march.dense import dense
     from wheeltapper.march.steps.written import scratch_for
+    from wheeltapper.march.wheel.dense import dense
 
     out = np.empty((len(times), _dense_column_count(program)))
     dense(found.pieces, program.numbers, program.law_or_none, found.steps, times, out, scratch_for(program))
@@ -365,8 +367,8 @@ def integrals(program: Program, found: March, nodes: int) -> tuple[FloatArray, F
     nodes
         Of the Gauss rule in each step.
     """
-    from wheeltapper.march import dense
     from wheeltapper.march.steps.written import scratch_for
+    from wheeltapper.march.wheel import dense
 
     places, weights = np.polynomial.legendre.leggauss(nodes)
     rule = 0.5 * (places + 1.0), 0.5 * weights
@@ -382,7 +384,7 @@ def integrals(program: Program, found: March, nodes: int) -> tuple[FloatArray, F
 
 def replay(program: Assembly, found: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
     """Return states and rates (times, states) and some rows of the contacts (times, rows, lanes) at rising times."""
-    from wheeltapper.march import replay
+    from wheeltapper.march.wagon import replay
 
     return replay.replay(program, found, times, rows)
 
@@ -393,21 +395,21 @@ def works(program: Assembly, found: MultibodyMarch, damping: FloatArray, places:
     These are those of contacts and of nonlinear elements, (steps, 2) both. `damping` acts on the velocities of the
     displacements at `places`; the last one is a deck's where there is one.
     """
-    from wheeltapper.march import replay
+    from wheeltapper.march.wagon import replay
 
     return replay.works(program, found, damping, places)
 
 
 def balance(program: Program, pieces: FloatArray, steps: FloatArray, after: FloatArray, sums: FloatArray) -> None:
     """Add what some steps, after which comes `after`, leave missing of the energy and exchange to `sums`."""
-    from wheeltapper.march import balance
+    from wheeltapper.march.wheel import balance
 
     balance.balance(program, pieces, steps, after, sums)
 
 
 def probe(assembly: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the rates of a vehicle's states at time zero, (many, states), and the contacts in the last of them."""
-    from wheeltapper.march import multibody
+    from wheeltapper.march.wagon import multibody
 
     return multibody.start_rates(assembly, states)
 
@@ -428,7 +430,7 @@ def modes_of_track(found: Marched, times: FloatArray, bends: bool = True, starts
 
 def rails_below(program: OnRails, found: MultibodyMarch) -> RailsReplay:
     """Return what tells what both rails below a wagon do over its march."""
-    from wheeltapper.march.rails.replay import RailsReplay
+    from wheeltapper.march.wagon.rails.replay import RailsReplay
 
     return RailsReplay(program, found)
 
@@ -524,7 +526,7 @@ def march_cells(
     tally: bool = False,
 ) -> None:  # fmt: skip
     """March many cells, block by block, and hand each block to `read`; the threads do both."""
-    from wheeltapper.march.ensemble import march_all
+    from wheeltapper.march.wheel.ensemble import march_all
 
     march_all(cells, threads, read, tally)
 
@@ -534,7 +536,7 @@ def tangents(
     read: Callable[[slice, ensemble.Marched, gradients.Tangents], None], tally: bool = False,
 ) -> None:  # fmt: skip
     """March many cells with their derivatives, block by block, and hand each block to `read`."""
-    from wheeltapper.march.gradients import march_all
+    from wheeltapper.march.wheel.gradients import march_all
 
     march_all(cells, turns, threads, read, tally)
 
@@ -543,14 +545,14 @@ def sample_tangents(
     program: Program, turns: FloatArray, bends: FloatArray, table: IntArray, times: FloatArray
 ) -> tuple[March, FloatArray]:
     """March a program; return also its motion and derivatives at rising times (scaled)."""
-    from wheeltapper.march.gradients import sampled_tangents
+    from wheeltapper.march.wheel.gradients import sampled_tangents
 
     return sampled_tangents(program, turns, bends, table, times)
 
 
 def margins(cells: ensemble.Cells | Sequence[Program], losses: int, threads: int) -> FloatArray:
     """Return how far each cell is from its `losses`-th loss of contact, in scaled units; negative beyond it."""
-    from wheeltapper.march.margin import margins_of
+    from wheeltapper.march.wheel.margin import margins_of
 
     return margins_of(cells, losses, threads)
 
@@ -594,7 +596,7 @@ def sections(
     count: Callable[[int], None] | None = None,
 ) -> orbits.Returned:  # fmt: skip
     """March many cells, which end after one wave, over `skip` + `keep` waves from `states`; these go along."""
-    from wheeltapper.march import orbits
+    from wheeltapper.march.wheel import orbits
 
     return orbits.sections(cells, states, skip, keep, threads, chained, count)
 
@@ -604,34 +606,34 @@ def capture(
     threads: int,
 ) -> orbits.Captured:  # fmt: skip
     """March many cells until each lies in one of its traps, for at most `most` waves; `states` go along."""
-    from wheeltapper.march import orbits
+    from wheeltapper.march.wheel import orbits
 
     return orbits.capture(cells, states, most, traps, first, end, threads)
 
 
 def trapped(states: FloatArray, traps: FloatArray) -> IntArray:
     """Return the orbit in one of whose traps each state lies, or `orbits.UNCAUGHT`."""
-    from wheeltapper.march import orbits
+    from wheeltapper.march.wheel import orbits
 
     return orbits.trapped(states, traps)
 
 
 def section_tangents() -> orbits.Tangents:
     """Return what marches from section to section with tangents."""
-    from wheeltapper.march import orbits
+    from wheeltapper.march.wheel import orbits
 
     return orbits.Tangents()
 
 
 def growths(program: Program, state: FloatArray, change: FloatArray, waves: int) -> FloatArray:
     """Return the logarithm of the growth of a small change of a state in each of some waves; both go along."""
-    from wheeltapper.march import orbits
+    from wheeltapper.march.wheel import orbits
 
     return orbits.growths(program, state, change, waves)
 
 
 def march_from(program: Program, state: FloatArray) -> March:
     """March a program from a given state, that of the deck included."""
-    from wheeltapper.march import single
+    from wheeltapper.march.wheel import single
 
     return single.march(program, motion=state)

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from wheeltapper.ask.study import Axis, study_axis
 from wheeltapper.describe.scenario import Scenario, Start
 from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.warned import warn_of
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.section import Section, moving_fields
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
+from wheeltapper.march.common import program as contract
 from wheeltapper.record.arguments import as_scenario, check_method
-from wheeltapper.record.simulate import warn_of
 
 FloatArray = NDArray[np.float64]
 START = {"displacement": "m", "velocity": "m/s", "deck_displacement": "m", "deck_velocity": "m/s"}

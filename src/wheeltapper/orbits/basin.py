@@ -22,11 +22,11 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.section import Section, SectionCells
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.blocks import core_count
-from wheeltapper.march.ensemble import Cells
-from wheeltapper.march.orbits import STATE_SIZE, TRAP_COLUMNS, UNCAUGHT
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.blocks import core_count
+from wheeltapper.march.wheel.ensemble import Cells
+from wheeltapper.march.wheel.orbits import STATE_SIZE, TRAP_COLUMNS, UNCAUGHT
 from wheeltapper.orbits.asked import START, axes_of, is_undamped, section_of
 from wheeltapper.orbits.diagram import all_cells, start_states
 from wheeltapper.orbits.orbit import multipliers_of

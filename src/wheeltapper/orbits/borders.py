@@ -14,10 +14,10 @@ from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.section import Section
 from wheeltapper.orbits.asked import START, axes_of
-from wheeltapper.orbits.branch import Branch
 from wheeltapper.orbits.orbit import Orbit
 from wheeltapper.orbits.section_map import SectionMap
 from wheeltapper.orbits.special import nearest_special
+from wheeltapper.orbits.walk import Branch
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,11 +16,11 @@ from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.progress import Progress, progress_counter, progress_shown
 from wheeltapper.lower.section import Section, SectionCells
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.blocks import core_count
-from wheeltapper.march.ensemble import Cells
-from wheeltapper.march.orbits import LARGEST_FORCE, LOSSES, STATE_SIZE, Returned
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.blocks import core_count
+from wheeltapper.march.wheel.ensemble import Cells
+from wheeltapper.march.wheel.orbits import LARGEST_FORCE, LOSSES, STATE_SIZE, Returned
 from wheeltapper.orbits.asked import START, axes_of, given_start, has_deck, section_of
 from wheeltapper.orbits.orbit import find
 from wheeltapper.record.arguments import as_scenario

@@ -15,10 +15,11 @@ from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown
 from wheeltapper.orbits.asked import START, range_of, section_of
-from wheeltapper.orbits.branch import Branch, Grown, Walk
+from wheeltapper.orbits.branch import Grown
 from wheeltapper.orbits.orbit import find, orbit_of
 from wheeltapper.orbits.section_map import SectionMap
 from wheeltapper.orbits.special import special_points
+from wheeltapper.orbits.walk import Branch, Walk
 
 if TYPE_CHECKING:
     import xarray as xr

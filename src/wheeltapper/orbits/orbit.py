@@ -17,12 +17,12 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.build import lower
 from wheeltapper.lower.section import Section, section_place
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
+from wheeltapper.march.common import program as contract
 from wheeltapper.orbits.asked import START, given_start, is_undamped, section_of
 from wheeltapper.orbits.section_map import FixedPoint, SectionMap, Wave, exact_determinant
 from wheeltapper.record.balanced import judged_balance
-from wheeltapper.record.kinds import kind_of
+from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.record import Record
 
 FloatArray = NDArray[np.float64]

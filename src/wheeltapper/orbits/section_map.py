@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from wheeltapper.lower.numbers import Units
 from wheeltapper.lower.section import Section, SectionCells
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.ensemble import Cells
-from wheeltapper.march.orbits import LARGEST_FORCE, LOSSES, STATE_SIZE
-from wheeltapper.march.program import Program
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import Program
+from wheeltapper.march.wheel.ensemble import Cells
+from wheeltapper.march.wheel.orbits import LARGEST_FORCE, LOSSES, STATE_SIZE
 from wheeltapper.orbits.asked import has_deck
 
 FloatArray = NDArray[np.float64]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.lower.section import Section
-from wheeltapper.orbits.branch import Branch, Point, shorter_between, walk
 from wheeltapper.orbits.orbit import multipliers_of
 from wheeltapper.orbits.section_map import CLOSED, SectionMap
+from wheeltapper.orbits.walk import Branch, Point, shorter_between, walk
 
 FloatArray = NDArray[np.float64]
 FOLD, DOUBLING, TORUS = range(3)

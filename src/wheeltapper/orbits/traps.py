@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.march.orbits import STATE_SIZE, TRAP_CENTRE, TRAP_COLUMNS, TRAP_NORM, TRAP_ORBIT, TRAP_REACH
+from wheeltapper.march.wheel.orbits import STATE_SIZE, TRAP_CENTRE, TRAP_COLUMNS, TRAP_NORM, TRAP_ORBIT, TRAP_REACH
 from wheeltapper.orbits.section_map import FixedPoint, SectionMap, Wave
 
 FloatArray = NDArray[np.float64]

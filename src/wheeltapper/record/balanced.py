@@ -1,8 +1,8 @@
 """The check at the end of every run: whether work and energy of wheel and deck balance.
 
-Every step is checked from the states at its ends (march/balance.py). This costs a small part of the march. The missing
-energy is divided by the exchanged energy: the largest kinetic energy, the largest work of the contact in one step, the
-magnitudes of all works and losses, and the energy of the contact at rest.
+Every step is checked from the states at its ends (march/wheel/balance.py). This costs a small part of the march. The
+missing energy is divided by the exchanged energy: the largest kinetic energy, the largest work of the contact in one
+step, the magnitudes of all works and losses, and the energy of the contact at rest.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from wheeltapper.ground import progress
 from wheeltapper.ground.notes import Note
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.program import Program
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import Program
 
 if TYPE_CHECKING:
-    from wheeltapper.march.single import March
+    from wheeltapper.march.wheel.single import March
 
 FloatArray = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ CHUNK = 100_000
 
 def missing_part(program: Program, march: March) -> float:
     """Return the largest missing share of the exchanged energy at any time of a march; NaN if it is undefined."""
-    from wheeltapper.march import balance
+    from wheeltapper.march.wheel import balance
 
     sums, steps = np.zeros(balance.SUMS), march.steps
     for first in range(0, len(steps), CHUNK):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.march.program import EVENT_CONTACT
+from wheeltapper.march.common.program import EVENT_CONTACT
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

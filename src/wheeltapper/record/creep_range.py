@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from wheeltapper.describe.profile.wheel_rail import WheelRail
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
-from wheeltapper.lower.patches import elastic_of, geometry_of, patch_tables
+from wheeltapper.lower.laws.patches import elastic_of, geometry_of, patch_tables
 from wheeltapper.lower.wagon import LoweredWagon
-from wheeltapper.march import assembly as asm
-from wheeltapper.march.multibody import MultibodyMarch
-from wheeltapper.march.program import EVENT_CONTACT, EVENT_KIND, EVENT_TIME, IMPACT
+from wheeltapper.march.common.program import EVENT_CONTACT, EVENT_KIND, EVENT_TIME, IMPACT
+from wheeltapper.march.wagon import assembly as asm
+from wheeltapper.march.wagon.multibody import MultibodyMarch
 
 FloatArray = NDArray[np.float64]
 

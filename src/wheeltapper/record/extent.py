@@ -9,7 +9,7 @@ from wheeltapper.ground import memory, progress
 from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.numbers import units_of
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
 
 LONGEST_STEP = 2.0
 """Length of a step of a wheel at rest, in units of time of the program. All other steps in contact are shorter, so that

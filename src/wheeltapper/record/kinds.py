@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.ground.outcome import Outcome
-from wheeltapper.march import assembly, run
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
 from wheeltapper.march.general import layout
-from wheeltapper.record import balanced, suspension
+from wheeltapper.march.wagon import assembly
+from wheeltapper.record import balanced
 from wheeltapper.record.contacts import Contacts
+from wheeltapper.record.elements import suspension
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,7 +76,7 @@ class Kind:
     read
         From a file's contents to both; what no march can have written is refused.
     stops
-        The table of the stops that dampers' ends meet (`wheeltapper.march.program`), in the march's unit of time, and
+        The table of the stops that dampers' ends meet (`common.program`), in the march's unit of time, and
         the wheelset of each, from zero.
     element_events
         The events of what is not linear in the suspensions.
@@ -102,19 +103,3 @@ class Kind:
     element_events: Callable[[Scenario, Any, Any], xr.Dataset] = lambda scenario, lowered, march: suspension.no_events()
     seat_events: Callable[[Scenario, Any, Any], dict[str, NDArray[Any]] | None] = lambda scenario, lowered, march: None
     balance_is_dear: bool = False
-
-
-def kind_of(scenario: Scenario) -> Kind:
-    """Return what is known of the march that simulates a scenario."""
-    marcher = run.choose(run.SIMULATE, scenario.needs)
-    if marcher.is_of_wagons:
-        from wheeltapper.record.wagon import WAGON
-
-        return WAGON
-    if marcher is run.GENERAL:
-        from wheeltapper.record.on_rails import ON_RAILS
-
-        return ON_RAILS
-    from wheeltapper.record.wheel import WHEEL
-
-    return WHEEL

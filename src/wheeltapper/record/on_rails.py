@@ -13,20 +13,20 @@ from wheeltapper.describe.vehicle.plane import end_name
 from wheeltapper.ground.needs import OWN_LAW, YIELDING
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.on_rails import DECK, LoweredOnRails, lower_on_rails
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.telling import GENERAL_CHUNK
 from wheeltapper.march.general.layout import ROW_COLUMNS
 from wheeltapper.march.general.tables import longest_step
 from wheeltapper.march.general.task import SPAN_BEGIN, SPAN_LENGTH, Marched
-from wheeltapper.march.telling import GENERAL_CHUNK
 from wheeltapper.record import extent, yielded
 from wheeltapper.record.contacts import Contacts
-from wheeltapper.record.dampers_on_rails import damper_motion, has_ends, stops_met
-from wheeltapper.record.elements_on_rails import element_events, element_motion
+from wheeltapper.record.elements.dampers_on_rails import damper_motion, has_ends, stops_met
+from wheeltapper.record.elements.elements_on_rails import element_events, element_motion
+from wheeltapper.record.elements.voids import events_of_voids
+from wheeltapper.record.files.stored_task import read, tables
 from wheeltapper.record.kinds import Kind, Variables
 from wheeltapper.record.own_law import beyond_table
-from wheeltapper.record.stored_task import read, tables
-from wheeltapper.record.voids import events_of_voids
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -121,7 +121,7 @@ def _sample(scenario: Scenario, lowered: LoweredOnRails, march: Marched, times: 
 def _integrate(
     scenario: Scenario, lowered: LoweredOnRails, march: Marched
 ) -> tuple[FloatArray, Callable[[], xr.Dataset]]:
-    from wheeltapper.record.energy_on_rails import balance
+    from wheeltapper.record.energies.energy_on_rails import balance
 
     return run.impulses_on_rails(march) * lowered.force, lambda: balance(scenario, lowered, march)
 

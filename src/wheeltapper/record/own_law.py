@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 from wheeltapper.describe.contact.law import Law
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
-from wheeltapper.lower.own_law import FASTEST
-from wheeltapper.march import assembly as asm
-from wheeltapper.march import program as contract
+from wheeltapper.lower.laws.own_law import FASTEST
 from wheeltapper.march import run
-from wheeltapper.march.wheel_rows import DELTA_RATE, ROW_DELTA
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.wagon import assembly as asm
+from wheeltapper.march.wagon.wheel_rows import DELTA_RATE, ROW_DELTA
 
 if TYPE_CHECKING:
     from wheeltapper.lower.wagon import LoweredWagon
-    from wheeltapper.march.multibody import MultibodyMarch
+    from wheeltapper.march.wagon.multibody import MultibodyMarch
 
 FloatArray = NDArray[np.float64]
 DEPTHS, RATES = np.linspace(0.0, 1.0, 257)[1:] ** 2, np.linspace(-1.0, 1.0, 9)

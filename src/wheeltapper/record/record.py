@@ -17,12 +17,14 @@ from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.progress import progress_shown, report
 from wheeltapper.ground.shown import Shown
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.record import damper, extent
+from wheeltapper.march.common import program as contract
+from wheeltapper.record import extent
 from wheeltapper.record.arrays import as_array
+from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.contacts import Contacts
-from wheeltapper.record.kinds import OUTCOMES, Variables, kind_of
+from wheeltapper.record.elements import damper
+from wheeltapper.record.kinds import OUTCOMES, Variables
 from wheeltapper.record.labels import EVENT_KINDS, NO_SEAT, attributes_of, dataset
 
 if TYPE_CHECKING:
@@ -397,7 +399,7 @@ class Record(Shown):
         Returns
         -------
         xarray.Dataset
-            The numbers of `wheeltapper.record.comfort.ride_comfort`, each with unit and meaning.
+            The numbers of `wheeltapper.record.assessment.comfort.ride_comfort`, each with unit and meaning.
 
         Raises
         ------
@@ -405,7 +407,7 @@ class Record(Shown):
             For a single wheelset, an unknown body, a point that is not three numbers, another rate, or nothing left
             after settling.
         """
-        from wheeltapper.record.comfort import comfort
+        from wheeltapper.record.assessment.comfort import comfort
 
         run.choose(run.COMFORT, self.scenario.needs)
         check_choice(body, "body", self.scenario.vehicle.names)
@@ -452,7 +454,7 @@ class Record(Shown):
             For a record without lateral forces, an odd order, a rate of less than 10 for a period of the cut-off, or a
             run that is too short.
         """
-        from wheeltapper.record.guidance import guidance
+        from wheeltapper.record.assessment.guidance import guidance
 
         return guidance(self, cutoff=cutoff, order=order, window=window, settling=settling, rate=rate)
 
@@ -461,7 +463,7 @@ class Record(Shown):
 
         They are over "statistic": "least", "0.15 %", "50 %", "99.85 %", "largest" and "mean".
         """
-        from wheeltapper.record.guidance import statistics
+        from wheeltapper.record.assessment.guidance import statistics
 
         return statistics(self.guidance(**options))
 
@@ -470,7 +472,7 @@ class Record(Shown):
 
         Of a run on rails the file has the energy balance if it was asked for before: it takes longer than the run.
         """
-        from wheeltapper.record.store import save
+        from wheeltapper.record.saving import save
 
         path = as_path(path, "path", "a path with the suffix .nc")
         if path.suffix != ".nc":

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
-import warnings
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from itertools import count
@@ -15,36 +13,20 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.notes import Note
 from wheeltapper.ground.progress import Progress, progress_shown, report, reporting, sayer
+from wheeltapper.ground.warned import ModelWarning, warn_of
 from wheeltapper.march import run
-from wheeltapper.march.blocks import algebra_on_one_thread, core_count
+from wheeltapper.march.common.blocks import algebra_on_one_thread, core_count
 from wheeltapper.record import balanced
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
-from wheeltapper.record.kinds import kind_of
+from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.record import Record
 from wheeltapper.record.rigid import rigid_track
+
+__all__ = ["ModelWarning", "simulate"]
 
 Method = Literal["default", "strict"]
 T = TypeVar("T")
 R = TypeVar("R")
-
-
-class ModelWarning(UserWarning):
-    """The scenario is valid, but its result may not mean what the user expects."""
-
-
-def warn_caller(text: str) -> None:
-    """Warn whoever called the package, however deep in it this is said."""
-    frame, level = inspect.currentframe(), 1
-    while frame is not None and str(frame.f_globals.get("__name__", "")).startswith("wheeltapper."):
-        frame, level = frame.f_back, level + 1
-    warnings.warn(text, ModelWarning, stacklevel=level)
-
-
-def warn_of(notes: Iterable[Note]) -> None:
-    """Warn of those notes that put a result's meaning in doubt."""
-    for note in notes:
-        if note.doubtful:
-            warn_caller(note)
 
 
 @overload

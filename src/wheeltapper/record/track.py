@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wheeltapper.ground.arguments import as_list, as_quantity
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import SEVERAL_BODIES
+from wheeltapper.ground.warned import warn_caller
 from wheeltapper.lower.on_rails import LoweredOnRails
 from wheeltapper.lower.track.anomalies import Anomalies, anomalies_of
 from wheeltapper.lower.track.irregular import IrregularModes
@@ -33,12 +34,11 @@ from wheeltapper.record import extent
 from wheeltapper.record.arrays import as_array
 from wheeltapper.record.contacts import SIDES
 from wheeltapper.record.labels import dataset
-from wheeltapper.record.simulate import warn_caller
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wheeltapper.march.rails.replay import RailAt
+    from wheeltapper.march.wagon.rails.replay import RailAt
     from wheeltapper.record.record import Record
 
 ComplexArray = NDArray[np.complex128]
@@ -222,7 +222,7 @@ class _Ridden(NamedTuple):
 
 
 def _below_plane(record: Record) -> _Ridden:
-    from wheeltapper.march.rails.replay import RailAt
+    from wheeltapper.march.wagon.rails.replay import RailAt
 
     lowered: LoweredOnRails = record._lowered
     assert lowered.modes is not None

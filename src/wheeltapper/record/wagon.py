@@ -16,6 +16,7 @@ from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK, OWN_LAW, YIELDING
 from wheeltapper.ground.notes import Note
+from wheeltapper.lower.marks.wagon_marks import plastic_law
 from wheeltapper.lower.structure import structure_of
 from wheeltapper.lower.track.anomalies import Void
 from wheeltapper.lower.wagon import (
@@ -28,11 +29,9 @@ from wheeltapper.lower.wagon import (
     lower_wagon,
     started,
 )
-from wheeltapper.lower.wagon_marks import plastic_law
-from wheeltapper.march import assembly as asm
-from wheeltapper.march import program, run, telling, wheel_rows
-from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
-from wheeltapper.march.law_columns import (
+from wheeltapper.march import run
+from wheeltapper.march.common import program, telling
+from wheeltapper.march.common.law_columns import (
     PIECE_STRETCH,
     PLASTIC_CONSTANT,
     PLASTIC_FIRST,
@@ -40,22 +39,18 @@ from wheeltapper.march.law_columns import (
     PLASTIC_PIECES,
     YIELD_COLUMNS,
 )
-from wheeltapper.march.multibody import MultibodyMarch
-from wheeltapper.record import (
-    balanced,
-    creep_range,
-    extent,
-    own_law,
-    stored,
-    stored_rails,
-    suspension,
-    wagon_energy,
-    yielded,
-)
+from wheeltapper.march.wagon import assembly as asm
+from wheeltapper.march.wagon import wheel_rows
+from wheeltapper.march.wagon.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
+from wheeltapper.march.wagon.multibody import MultibodyMarch
+from wheeltapper.record import balanced, creep_range, extent, own_law, yielded
 from wheeltapper.record.contacts import SIDES, Contacts
+from wheeltapper.record.elements import suspension
+from wheeltapper.record.elements.voids import events_of_voids
+from wheeltapper.record.energies import wagon_energy
+from wheeltapper.record.files import stored, stored_rails
+from wheeltapper.record.files.stored import UNDAMAGED, check, check_whole, table
 from wheeltapper.record.kinds import Kind, Variables
-from wheeltapper.record.stored import UNDAMAGED, check, check_whole, table
-from wheeltapper.record.voids import events_of_voids
 
 if TYPE_CHECKING:
     import xarray as xr

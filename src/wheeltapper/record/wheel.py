@@ -12,19 +12,22 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import YIELDING
 from wheeltapper.lower.build import Lowered, lower
-from wheeltapper.lower.table import PathTable
-from wheeltapper.march import program as contract
-from wheeltapper.march import run, telling
-from wheeltapper.march.program import Program
-from wheeltapper.record import balanced, energy, extent, stored, yielded
+from wheeltapper.lower.paths.table import PathTable
+from wheeltapper.march import run
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common import telling
+from wheeltapper.march.common.program import Program
+from wheeltapper.record import balanced, extent, yielded
 from wheeltapper.record.contacts import Contacts
+from wheeltapper.record.energies import balance as energy
+from wheeltapper.record.files import stored
+from wheeltapper.record.files.stored import UNDAMAGED, check, check_whole, table
 from wheeltapper.record.kinds import Kind, Variables
-from wheeltapper.record.stored import UNDAMAGED, check, check_whole, table
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wheeltapper.march.single import March
+    from wheeltapper.march.wheel.single import March
 
 FloatArray = NDArray[np.float64]
 KEPT = contract.DAMPER_DAMPING
@@ -46,7 +49,7 @@ def _teller(scenario: Scenario, lowered: Lowered) -> Callable[[float], bool]:
 
 def _sample(scenario: Scenario, lowered: Lowered, march: March, times: FloatArray) -> Variables:
     """Return all variables: those that every wheel has, then those of a law, a deck and a damper's own end."""
-    from wheeltapper.march import dense
+    from wheeltapper.march.wheel import dense
 
     rows = run.sample(lowered.program, march, times / lowered.time)
     length, force = lowered.length, lowered.force
@@ -148,7 +151,7 @@ def _loop(data: xr.Dataset, count: int) -> tuple[int, int]:
 
 
 def _march_of(data: xr.Dataset, program: Program) -> March:
-    from wheeltapper.march.single import March
+    from wheeltapper.march.wheel.single import March
 
     status = stored.status_of(data)
     width = contract.ENDED_COLUMNS if program.damper_ends else contract.STEP_COLUMNS

@@ -10,27 +10,27 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import Lowered
-from wheeltapper.lower.plastic import left_after, loading_force, stored_below
-from wheeltapper.lower.wagon_marks import onset_of
-from wheeltapper.march import assembly as asm
-from wheeltapper.march import program as contract
+from wheeltapper.lower.laws.plastic import left_after, loading_force, stored_below
+from wheeltapper.lower.marks.wagon_marks import onset_of
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.law_columns import PLASTIC_ONSET
 from wheeltapper.march.general.contract import Contact, Law
-from wheeltapper.march.law_columns import PLASTIC_ONSET
+from wheeltapper.march.wagon import assembly as asm
 
 if TYPE_CHECKING:
     from wheeltapper.lower.on_rails import LoweredOnRails
     from wheeltapper.lower.wagon import LoweredWagon
-    from wheeltapper.march.assembly import Assembly
     from wheeltapper.march.general.task import Marched
-    from wheeltapper.march.multibody import MultibodyMarch
-    from wheeltapper.march.single import March
+    from wheeltapper.march.wagon.assembly import Assembly
+    from wheeltapper.march.wagon.multibody import MultibodyMarch
+    from wheeltapper.march.wheel.single import March
 
 FloatArray = NDArray[np.float64]
 
 
 def permanent_indentation(lowered: Lowered, rows: FloatArray) -> FloatArray:
     """Return the residual indentation after unloading, m, from rows of the dense output."""
-    from wheeltapper.march import dense
+    from wheeltapper.march.wheel import dense
 
     depth = np.maximum(rows[:, dense.OUT_DELTA], 0.0) + rows[:, dense.OUT_RESIDUAL]
     return np.maximum(left_after(lowered.program.law, depth), rows[:, dense.OUT_RESIDUAL]) * lowered.length
@@ -42,7 +42,7 @@ def stored_energy(lowered: Lowered, ends: FloatArray) -> FloatArray:
     For a spot with a memory this is the work of unloading. Over virgin rail unloading follows the loading curve, and
     all energy is returned.
     """
-    from wheeltapper.march import dense
+    from wheeltapper.march.wheel import dense
 
     program = lowered.program
     depth = ends[..., dense.OUT_DELTA] + ends[..., dense.OUT_RESIDUAL]

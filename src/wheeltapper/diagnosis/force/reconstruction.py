@@ -21,8 +21,8 @@ from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.shown import Shown
-from wheeltapper.record.arguments import as_recording
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.recordings.given import as_recording
+from wheeltapper.record.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -20,8 +20,8 @@ from wheeltapper.ground.arguments import as_between, as_quantity, check_choice
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.fields import Fields
-from wheeltapper.record.arguments import as_recording
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.recordings.given import as_recording
+from wheeltapper.record.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
 

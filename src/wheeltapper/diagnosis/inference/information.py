@@ -33,7 +33,7 @@ from wheeltapper.ground.errors import ComputationError, InputError, value_text
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.fields import Fields
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
 from wheeltapper.record.kinds import OUTCOMES
 
 FloatArray = NDArray[np.float64]

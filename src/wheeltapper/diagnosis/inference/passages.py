@@ -14,14 +14,14 @@ from wheeltapper.ask.trajectory import in_si, tilted_motion
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import EPSILON, Direction, LoweredCells
-from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.program import Program
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import Program
 
 if TYPE_CHECKING:
-    from wheeltapper.march.ensemble import Cells
-    from wheeltapper.march.gradients import CellTangents
-    from wheeltapper.march.single import March
+    from wheeltapper.march.wheel.ensemble import Cells
+    from wheeltapper.march.wheel.gradients import CellTangents
+    from wheeltapper.march.wheel.single import March
 
 FloatArray = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ class Passages:
 
     def motions_at(self, times: FloatArray) -> list[PassageMotion]:
         """Return each passage's deck acceleration with its derivatives at rising times, s."""
-        from wheeltapper.march.tangent_path import LANES
+        from wheeltapper.march.steps.tangent_path import LANES
 
         directions = [self.many.direction_along(path) for path in self.parameters]
         groups = [directions[i : i + LANES] for i in range(0, max(len(directions), 1), LANES)]
@@ -91,7 +91,7 @@ class Passages:
         self, i: int, times: FloatArray, directions: list[Direction], cells: Cells, turns: CellTangents
     ) -> tuple[FloatArray, FloatArray]:
         """Return the deck acceleration (times,) of a passage, and its derivatives (directions, times)."""
-        from wheeltapper.march.tangent_samples import VALUE
+        from wheeltapper.march.wheel.tangent_samples import VALUE
 
         block = slice(i, i + 1)
         units, numbers = self.many.units.part(block), cells.numbers[i]

@@ -19,8 +19,8 @@ from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.shown import page_of, picture_of
 from wheeltapper.lower.fields import Fields
-from wheeltapper.march import program as contract
-from wheeltapper.record.recording import Recording
+from wheeltapper.march.common import program as contract
+from wheeltapper.record.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
 SURE = 3.5

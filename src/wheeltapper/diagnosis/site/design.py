@@ -43,8 +43,8 @@ from wheeltapper.ground.arguments import (
 from wheeltapper.ground.errors import InputError, with_suggestion
 from wheeltapper.ground.progress import Progress, progress_shown
 from wheeltapper.ground.shown import Shown
+from wheeltapper.ground.warned import warn_of
 from wheeltapper.lower.plausible import site_notes
-from wheeltapper.record.simulate import warn_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -20,10 +20,10 @@ from wheeltapper.ground.arguments import as_count, as_list, as_quantity, as_tabl
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.ground.quantities import to_si
+from wheeltapper.ground.warned import warn_of
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.plausible import doubts, site_notes
-from wheeltapper.record.recording import Recording
-from wheeltapper.record.simulate import warn_of
+from wheeltapper.record.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
 

@@ -16,10 +16,10 @@ from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.diagnosis.alarms import PEAKS
 from wheeltapper.ground.arguments import as_list, as_path
 from wheeltapper.ground.errors import InputError, with_suggestion
-from wheeltapper.record.filtering import low_passed
-from wheeltapper.record.read_recording import Channel as Wanted
-from wheeltapper.record.read_recording import read_channels_of
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.assessment.filtering import low_passed
+from wheeltapper.record.recordings.read import Channel as Wanted
+from wheeltapper.record.recordings.read import read_channels_of
+from wheeltapper.record.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
 BLOCKS, SHORTEST_BLOCK = 16, 4.0

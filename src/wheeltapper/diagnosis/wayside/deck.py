@@ -12,7 +12,7 @@ from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.diagnose import diagnose
 from wheeltapper.diagnosis.train import TrainFinding
 from wheeltapper.ground.errors import InputError
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.recordings.recording import Recording
 
 Diagnosed = Literal["none", "suspicious", "all"]
 DIAGNOSED: tuple[Diagnosed, ...] = ("none", "suspicious", "all")

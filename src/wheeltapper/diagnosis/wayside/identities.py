@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from wheeltapper.describe.table.content import decoded_text, file_content
 from wheeltapper.ground.errors import InputError, value_text
-from wheeltapper.record.reading_speeds import FILES, table_rows
+from wheeltapper.record.recordings.speeds import FILES, table_rows
 
 TAG = re.compile(r"id=([^_,;=\s]+?)(?=[_,;\s]|\.\w+(?:\.gz)?$|$)")
 """The identity of a train in the name of a file: 2026-11-23T08-12_id=4711.npz."""

@@ -35,10 +35,10 @@ from wheeltapper.diagnosis.wayside.vehicles import Vehicle, vehicles_of
 from wheeltapper.diagnosis.wayside.wheels import Side, imbalance, seats_of, sides_of, turn_between
 from wheeltapper.ground.arguments import as_list, as_quantity, check_choice, check_text
 from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.warned import warn_of
 from wheeltapper.lower.plausible import site_notes
 from wheeltapper.record.limits.rule import Rule, Rules, as_rules
-from wheeltapper.record.recording import Recording
-from wheeltapper.record.simulate import warn_of
+from wheeltapper.record.recordings.recording import Recording
 
 STRIKES, NO_STRIKES, NO_FORCE = "strikes", "no strikes", "no force"
 """Verdicts on a wheel without a model."""

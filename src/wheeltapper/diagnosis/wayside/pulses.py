@@ -11,7 +11,7 @@ from scipy.signal import find_peaks, peak_prominences
 
 from wheeltapper.diagnosis.alarms import PEAKS
 from wheeltapper.diagnosis.wayside.channels import Channel, FloatArray, foot_points
-from wheeltapper.record.filtering import low_passed
+from wheeltapper.record.assessment.filtering import low_passed
 
 FAINTEST = 6.0
 """A pulse rises at least this many standard deviations of the noise above the zero line,"""

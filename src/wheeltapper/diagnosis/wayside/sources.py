@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from wheeltapper.ground.errors import InputError, printable
-from wheeltapper.record.reading_files import reader_of
+from wheeltapper.record.recordings.files import reader_of
 
 TIME = re.compile(r"(?<!\d)(\d{4})-?(\d\d)-?(\d\d)[T_ -]?(\d\d)[:h.-]?(\d\d)(?:[:m.-]?(\d\d))?(?!\d)")
 """A time in the name of a file: 2026-11-23T08-12-05, 20261123_0812."""

@@ -84,7 +84,7 @@ def _diagnosed(session: Session, say: Callable[[str], None]) -> dict[str, Any]:
 def _of_deck(path: Path, site: Site, tell: Callable[[str, float, float], None]) -> tuple[str, Any]:
     """Return the verdict on the wheelset that a deck has recorded, and the finding."""
     from wheeltapper.diagnosis.diagnose import diagnose
-    from wheeltapper.record.read_recording import read_recording
+    from wheeltapper.record.recordings.read import read_recording
 
     try:
         recording = read_recording(path, apart=True, largest=UNPACKED)

@@ -25,7 +25,7 @@ from wheeltapper.faces.explore.scenes import start_scene, table_of
 from wheeltapper.faces.explore.session import Session, SupersededError
 from wheeltapper.ground.errors import ComputationError, InputError
 from wheeltapper.ground.progress import reporting
-from wheeltapper.march.blocks import core_count
+from wheeltapper.march.common.blocks import core_count
 
 MOST_SESSIONS = 64
 """Sessions that are kept; of more, those without a page go first."""

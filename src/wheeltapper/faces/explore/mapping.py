@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.cells import EXACT, STATUS, ComputedCells, compute_cells
+from wheeltapper.ask.cells import compute_cells
+from wheeltapper.ask.computed import EXACT, STATUS, ComputedCells
 from wheeltapper.ask.study import Study, study_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.faces.explore.frames import Frame
 from wheeltapper.ground.errors import InputError, value_text
-from wheeltapper.march.blocks import core_count
+from wheeltapper.march.common.blocks import core_count
 from wheeltapper.record.features import Feature
 
 FloatArray = NDArray[np.float64]

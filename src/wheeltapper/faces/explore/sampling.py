@@ -268,7 +268,7 @@ def _contact_names(record: Record) -> list[str]:
 
 def _marks(frame: Frame, record: Record, contact: int) -> dict[str, Any]:
     """Return between which times a wheel has no contact, and when it hits the rail again."""
-    from wheeltapper.march import program as contract
+    from wheeltapper.march.common import program as contract
 
     events = record._events
     here = events["contact"] == contact

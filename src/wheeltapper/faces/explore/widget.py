@@ -16,7 +16,6 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.faces.explore.exports import exported
 from wheeltapper.faces.explore.launch import warm_up
 from wheeltapper.faces.explore.link import Desk, Link, line_of
-from wheeltapper.faces.explore.notebook import USUAL
 from wheeltapper.faces.explore.pagefiles import LIBRARIES, PAGE, library_folder
 
 Message = dict[str, Any]
@@ -37,9 +36,9 @@ class ExplorerWidget(anywidget.AnyWidget):
     """
 
     _esm = PAGE / "widget.js"
-    height = traitlets.Int(USUAL).tag(sync=True)
+    height = traitlets.Int().tag(sync=True)
 
-    def __init__(self, scene: Scenario | None = None, height: int = USUAL, folder: Path | None = None) -> None:
+    def __init__(self, scene: Scenario | None, height: int, folder: Path | None = None) -> None:
         self._desk = Desk(scene, folder or Path.cwd())
         self._links: dict[str, Link] = {}
         super().__init__(height=height)

@@ -14,7 +14,7 @@ from wheeltapper.faces.paper.claims import PINNED, Measure, analysis, claim, sai
 from wheeltapper.faces.paper.corrugation import AMPLITUDE, WAVELENGTH
 from wheeltapper.faces.paper.setting import CONSTANT, STATIC, bump, largest, losses, scene, sine
 from wheeltapper.lower.build import lower
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
 from wheeltapper.march.run import march
 
 FOLLOWING = wt.Hertz(constant=CONSTANT, curvature=True)

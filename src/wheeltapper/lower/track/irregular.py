@@ -20,7 +20,7 @@ from wheeltapper.lower.track import responses, waves
 from wheeltapper.lower.track.responses import BALLAST, PAD, Extra
 from wheeltapper.lower.track.ring import RESIDUAL_DEGREE, ring_of
 from wheeltapper.lower.track.section import Section
-from wheeltapper.march.blocks import algebra_on_one_thread
+from wheeltapper.march.common.blocks import algebra_on_one_thread
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.tables import real_times
 

@@ -21,7 +21,7 @@ from numba.core.types import unliteral
 
 from wheeltapper.march.compiling import prebuilt, telling
 from wheeltapper.march.compiling.pipeline import Library, Pipeline, Shared, code_of, is_part, levels
-from wheeltapper.march.compiling.sources import FOLDER, march_of
+from wheeltapper.march.compiling.sources import FOLDER, room_of
 from wheeltapper.march.compiling.store import store_of
 
 NOT_CALLED = "a kernel of wheeltapper cannot be called from a function that Numba compiles; call it from Python"
@@ -65,7 +65,7 @@ class _Cache:
 
     def __init__(self, py_func: Any) -> None:
         file = Path(py_func.__code__.co_filename).resolve()
-        self._store = store_of(march_of(file))
+        self._store = store_of(room_of(file))
         place = file.relative_to(FOLDER).with_suffix("")
         self.kernel = ".".join((*place.parts, py_func.__qualname__))
         self._base = f"{self.kernel} {py_func.__code__.co_firstlineno}"

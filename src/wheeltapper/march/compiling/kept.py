@@ -7,17 +7,21 @@ from typing import NamedTuple
 
 from wheeltapper.march.compiling.store import folders_of, remove, store_of
 
-MARCHES = {"wheel": "one wheel, and wagons", "general": "other vehicles and tracks", "rails": "wagons on rails"}
+ROOMS = {
+    "common": "what all marches share", "steps": "steps of a wheel", "wheel": "one wheel", "wagon": "wagons",
+    "general": "other vehicles and tracks",
+}  # fmt: skip
+"""The rooms that have kernels, and whose these are."""
 
 
 class Kept(NamedTuple):
-    """What was compiled from one state of a march's sources.
+    """What was compiled from one state of a room's sources.
 
     Attributes
     ----------
     folder
         Where it lies.
-    march
+    room
         Whose kernels they are.
     is_current
         Whether the sources are those of this package.
@@ -26,21 +30,21 @@ class Kept(NamedTuple):
     """
 
     folder: Path
-    march: str
+    room: str
     is_current: bool
     kernels: int
     size: int
 
 
 def kept() -> list[Kept]:
-    """Return what is kept, by march, with that of the present sources first."""
+    """Return what is kept, by room, with that of the present sources first."""
     found = []
-    for march in MARCHES:
-        current = store_of(march).folder
-        for folder in sorted(folders_of(march), key=lambda one: one != current):
+    for room in ROOMS:
+        current = store_of(room).folder
+        for folder in sorted(folders_of(room), key=lambda one: one != current):
             files = [path for path in folder.iterdir() if path.is_file()]
             size = sum(path.stat().st_size for path in files)
-            found.append(Kept(folder, march, folder == current, sum(path.suffix == ".code" for path in files), size))
+            found.append(Kept(folder, room, folder == current, sum(path.suffix == ".code" for path in files), size))
     return found
 
 

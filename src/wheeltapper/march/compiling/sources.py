@@ -1,8 +1,8 @@
-"""The sources of the kernels: what a march's machine code depends on, as a digest.
+"""The sources of the kernels: what the machine code of a room depends on, as a digest.
 
 Numba stamps a cached function with its own file only. After an edit of a callee in another file, the old machine code
-would silently stay in use. So every kernel is stamped with all sources of its march: those of the march's folder, or
-for the general march those of its folders, and what they import. An edit of one march does not compile the other again.
+would silently stay in use. So every kernel is stamped with all sources of its room, a folder of `march`, and what they
+import. An edit of one march does not compile the others again.
 """
 
 from __future__ import annotations
@@ -17,15 +17,12 @@ import llvmlite
 import numba
 
 FOLDER = Path(__file__).resolve().parent.parent
-GENERAL = FOLDER / "general"
-"""The general march, with folders of its own in it."""
-RAILS = FOLDER / "rails"
-"""The wagon's march on rails, which takes kernels of both."""
 STEPS = FOLDER / "steps"
 """The steps of a wheel, whose functions are written while the program runs."""
 
 _IMPORTED = re.compile(r"^from wheeltapper\.march([\w.]*) import ([\w, ]*)", re.MULTILINE)
-_KERNEL = re.compile(r"^@\w*kernel$", re.MULTILINE)
+_KERNEL = re.compile(r"^@\w*kernel$|\buncounted_kernel\(", re.MULTILINE)
+"""Kernels are decorated where they stand, but for the steps that are written while the program runs."""
 
 
 def digest_of(files: Iterable[Path]) -> str:
@@ -53,17 +50,12 @@ def with_imports(files: Iterable[Path]) -> set[Path]:
 
 
 @cache
-def stamp_of(march: str) -> str:
-    """Return the digest of all sources that the kernels of a march depend on; `march` as `march_of` says."""
-    if march == "rails":
-        files = set(RAILS.glob("*.py"))
-    elif march == "general":
-        files = {file for file in GENERAL.rglob("*.py") if _KERNEL.search(file.read_text(encoding="utf-8"))}
-    else:
-        files = {*FOLDER.glob("*.py")} - {FOLDER / "run.py"}  # the door has no kernels
-    return digest_of(with_imports(files))
+def stamp_of(room: str) -> str:
+    """Return the digest of all sources that the kernels of a room depend on."""
+    files = (FOLDER / room).rglob("*.py")
+    return digest_of(with_imports(file for file in files if _KERNEL.search(file.read_text(encoding="utf-8"))))
 
 
-def march_of(file: Path) -> str:
-    """Return to whose sources a file of the marches belongs: "wheel", which is the wagon's, too; "general"; "rails"."""
-    return "rails" if file.parent == RAILS else "wheel" if file.parent in (FOLDER, STEPS) else "general"
+def room_of(file: Path) -> str:
+    """Return the room of a file of the marches."""
+    return file.relative_to(FOLDER).parts[0]

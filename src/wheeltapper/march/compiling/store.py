@@ -27,7 +27,7 @@ from wheeltapper.march.compiling.telling import say_once
 
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 KEPT = 3
-"""How many digests of a march's sources are kept: those that were used last."""
+"""How many digests of a room's sources are kept: those that were used last."""
 UNUSED = 30.0 * 86400.0
 """Time after which kernels that nobody has used are removed, s."""
 NOT_KEPT = "a compiled kernel could not be kept"
@@ -65,7 +65,7 @@ def content_of(file: Path) -> bytes | None:
 
 
 class Store:
-    """The compiled kernels of one march, as its sources are now.
+    """The compiled kernels of one room, as its sources are now.
 
     Attributes
     ----------
@@ -73,9 +73,9 @@ class Store:
         Where they lie.
     """
 
-    def __init__(self, march: str) -> None:
-        self._march = march
-        self.folder = root() / f"{march}-{stamp_of(march)[:STAMP_DIGITS]}-{sys.implementation.cache_tag}"
+    def __init__(self, room: str) -> None:
+        self._room = room
+        self.folder = root() / f"{room}-{stamp_of(room)[:STAMP_DIGITS]}-{sys.implementation.cache_tag}"
 
     @cached_property
     def is_sound(self) -> bool:
@@ -96,7 +96,7 @@ class Store:
     def _make(self) -> None:
         self.folder.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         self.folder.mkdir(exist_ok=True, mode=0o700)
-        clean(self._march)
+        clean(self._room)
 
     def _file(self, name: str) -> Path:
         return self.folder / name
@@ -140,24 +140,24 @@ class Store:
 
 
 @cache
-def store_of(march: str) -> Store:
-    """Return the kernels of a march."""
-    return Store(march)
+def store_of(room: str) -> Store:
+    """Return the kernels of a room."""
+    return Store(room)
 
 
-def folders_of(march: str) -> list[Path]:
-    """Return the folders of a march's kernels, that used last first; folders of other names are not ours."""
+def folders_of(room: str) -> list[Path]:
+    """Return the folders of a room's kernels, that used last first; folders of other names are not ours."""
     found = []
-    for path in root().glob(f"{march}-{HEX * STAMP_DIGITS}-*"):
+    for path in root().glob(f"{room}-{HEX * STAMP_DIGITS}-*"):
         with suppress(OSError):  # another process has removed it
             found.append((path.stat().st_mtime, path))
     return [path for _, path in sorted(found, reverse=True)]
 
 
-def clean(march: str) -> None:
-    """Remove what was compiled from older sources of a march, and what killed processes left of a removal."""
+def clean(room: str) -> None:
+    """Remove what was compiled from older sources of a room, and what killed processes left of a removal."""
     now = time.time()
-    for number, path in enumerate(folders_of(march)):
+    for number, path in enumerate(folders_of(room)):
         with suppress(OSError):
             if number >= KEPT or now - path.stat().st_mtime > UNUSED:
                 remove(path)

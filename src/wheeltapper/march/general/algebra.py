@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.program import FloatArray
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 
 LANES = 8
 """Columns that are solved side by side: a number that the compiler knows, so that it makes vectors of them."""

@@ -8,8 +8,8 @@ from math import comb
 import numpy as np
 from numpy.polynomial import legendre
 
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general.records import Nodes
-from wheeltapper.march.program import FloatArray
 
 AHEAD_DEGREE = 3
 """Of what is extrapolated over a whole interval; more is useless where the force rings."""

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
+from wheeltapper.march.common.plastic_law import border_of, plastic_force
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general import local, paths
 from wheeltapper.march.general.crossings import NO_CROSSING, first_crossing
 from wheeltapper.march.general.laws.switch import LAW_KIND, PLASTIC
 from wheeltapper.march.general.layout import BEGIN, JOINED, STRETCH_NOW
 from wheeltapper.march.general.records import Nodes, Room, Site
-from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.plastic_law import border_of, plastic_force
-from wheeltapper.march.program import FloatArray
 
 UP, DOWN, NOWHERE = 1.0, -1.0, 0.0
 """Which border of its stretch a contact leaves by."""

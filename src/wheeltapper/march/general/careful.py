@@ -22,15 +22,15 @@ from math import sqrt
 
 import numpy as np
 
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.kernel import uncounted_kernel
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.general import borders, layout, local, paths
 from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.crossings import NO_CROSSING, first_crossing
 from wheeltapper.march.general.laws.switch import LAW_PULLS, LAW_RATED, trend
 from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY, FLYING, IMPACT_AT, LOSS_AT
 from wheeltapper.march.general.records import Nodes, Room, Site
-from wheeltapper.march.kernel import uncounted_kernel
-from wheeltapper.march.program import FloatArray, IntArray
 
 SNAP = 1e-12
 """Parts of a macro step closer than this are one."""

@@ -14,14 +14,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.layout import BEGIN, IM, RE
 from wheeltapper.march.general.modal import read_lanes, seen_from_first, turn, write_lanes
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
 from wheeltapper.march.general.stepping import bays_ahead, commit, solve_contacts, step_bodies, tell_time
-from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.program import FloatArray, IntArray
 
 MET_IMPACTS, MET_ENDED = 0, 1
 """Columns of `Lanes.met`: impacts of a contact, and 1 once it has come as far as was asked."""

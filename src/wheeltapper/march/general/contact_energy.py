@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.plastic_law import stretch_of
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general.integrals import solved_parts
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.march import Found, law_row, table_of
 from wheeltapper.march.general.replay import factors_along, replay, surface_along
 from wheeltapper.march.general.tables import Units
-from wheeltapper.march.plastic_law import stretch_of
-from wheeltapper.march.program import FloatArray
 
 NODES, PARTS = 16, 4
 """Of Gauss's rule for the work of pressing a contact, in parts between kinks of its law."""

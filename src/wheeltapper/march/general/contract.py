@@ -10,8 +10,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general.structure import ComplexArray, Ring
-from wheeltapper.march.program import FloatArray
 
 
 class Bodies(NamedTuple):
@@ -83,7 +83,7 @@ class Contact(NamedTuple):
     Attributes
     ----------
     pieces
-        The path of the wheel's centre, m, as in `wheeltapper.march.program`.
+        The path of the wheel's centre, m, as in `wheeltapper.march.common.program`.
     law
         Of the force.
     position

@@ -7,9 +7,9 @@ touch, not a crossing.
 
 from __future__ import annotations
 
+from wheeltapper.march.common.kernel import uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general.layout import BEGIN
-from wheeltapper.march.kernel import uncounted_kernel
-from wheeltapper.march.program import FloatArray
 
 NO_CROSSING = -1.0
 TOUCH = 1e-10

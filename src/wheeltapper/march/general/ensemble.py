@@ -15,8 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wheeltapper.march import program as contract
-from wheeltapper.march.blocks import algebra_on_one_thread
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.blocks import algebra_on_one_thread
+from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.telling import GENERAL_CHUNK
 from wheeltapper.march.general import layout
 from wheeltapper.march.general import march as general
 from wheeltapper.march.general import tables as tabulation
@@ -28,8 +30,6 @@ from wheeltapper.march.general.march import Found, Rest
 from wheeltapper.march.general.modal import TOGETHER
 from wheeltapper.march.general.records import Data, Logs, Room, Stage, Tables
 from wheeltapper.march.general.structure import ComplexArray
-from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.telling import GENERAL_CHUNK
 
 OF_A_PLACE = 150.0
 """Macro steps of a cell in step with others that cost as much as to make the tables of one place in a bay."""
@@ -57,7 +57,7 @@ class MarchedCells(NamedTuple):
     end
         s, (cells,).
     events
-        As in `wheeltapper.march.program`, with the contact counted over all cells: cell times contacts plus contact.
+        As in `common.program`, with the contact counted over all cells: cell times contacts plus contact.
     peaks
         Time in s, force in N, contact.
     """

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from wheeltapper.march.common.kernel import shared_uncounted_kernel
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.general.careful import careful
 from wheeltapper.march.general.laws.switch import FREE_PLAY, LAW_KIND, SLIDER
 from wheeltapper.march.general.play import play
 from wheeltapper.march.general.records import Nodes, Room, Site
 from wheeltapper.march.general.switching import switching
-from wheeltapper.march.kernel import shared_uncounted_kernel
-from wheeltapper.march.program import FloatArray, IntArray
 
 
 @shared_uncounted_kernel

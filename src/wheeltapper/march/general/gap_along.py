@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.general import layout, local, paths
 from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.careful import SNAP
@@ -18,8 +20,6 @@ from wheeltapper.march.general.laws.switch import LAW_RATED, forces, trend
 from wheeltapper.march.general.layout import BEGIN
 from wheeltapper.march.general.maxima import EXTREMES_MERGE
 from wheeltapper.march.general.records import Nodes, Room, Site
-from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.program import FloatArray, IntArray
 
 BoolArray = NDArray[np.bool_]
 TOUCHES = 1e-9

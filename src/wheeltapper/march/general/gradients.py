@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.general import layout, tangent, turned
 from wheeltapper.march.general import tables as tabulation
 from wheeltapper.march.general.algebra import LANES
@@ -18,7 +19,6 @@ from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.march import Found, order_of, room_of
 from wheeltapper.march.general.records import Motion
 from wheeltapper.march.general.replay import Rows, pace_at, rows_of
-from wheeltapper.march.program import FloatArray, IntArray
 
 AT_PART_START = 1e-9
 """Macro steps; a maximum no farther from where a part begins is there."""

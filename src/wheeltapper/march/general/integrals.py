@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.careful import sigmas_of
 from wheeltapper.march.general.march import Found
 from wheeltapper.march.general.replay import mapped, path_slopes, replay, rows_until, steps_at
-from wheeltapper.march.program import FloatArray
 
 
 class Rule(NamedTuple):

@@ -59,7 +59,7 @@ STEP_NUMBERS = 4
 MOST_PARTS = 200
 """Steps between events in one macro step of one contact."""
 
-# Why the kernel returned, beside those of `wheeltapper.march.program`; a wagon's march has others.
+# Why the kernel returned, beside those of `wheeltapper.march.common.program`; a wagon's march has others.
 UNSOLVED = 30
 """A step between events did not converge, however short."""
 CHATTERS = 31

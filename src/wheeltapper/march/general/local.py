@@ -13,13 +13,13 @@ from __future__ import annotations
 
 from math import sqrt
 
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general import layout, paths
 from wheeltapper.march.general.algebra import factorise, solve_factorised
 from wheeltapper.march.general.laws.switch import LAW_RATED, forces, trend
 from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY
 from wheeltapper.march.general.records import Nodes, Room, Site
-from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.program import FloatArray
 
 MOST_ITERATIONS = 30
 KEEPS_MATRIX = 1e-2

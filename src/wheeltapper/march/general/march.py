@@ -8,7 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wheeltapper.march import program as numbers
+from wheeltapper.march.common import program as numbers
+from wheeltapper.march.common.law_columns import PLASTIC_ONSET
+from wheeltapper.march.common.plastic_law import stretch_of
+from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.telling import GENERAL_CHUNK, Tell, report_nothing
 from wheeltapper.march.general import layout
 from wheeltapper.march.general import tables as tabulation
 from wheeltapper.march.general.at_rest import MOST_NEWTON, indentation_at_rest
@@ -23,10 +27,6 @@ from wheeltapper.march.general.paths import enter_next_piece, height_and_slope, 
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
 from wheeltapper.march.general.stepping import MODES_EVERY, march_kernel
 from wheeltapper.march.general.structure import ComplexArray, Ring
-from wheeltapper.march.law_columns import PLASTIC_ONSET
-from wheeltapper.march.plastic_law import stretch_of
-from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.telling import GENERAL_CHUNK, Tell, report_nothing
 
 
 class Start(NamedTuple):
@@ -102,7 +102,7 @@ class Found(NamedTuple):
     prepared
         What was marched.
     status
-        DONE, or why it ended before (`wheeltapper.march.program` and layout.py).
+        DONE, or why it ended before (`wheeltapper.march.common.program` and layout.py).
     steps
         Macro steps made.
     events
@@ -822,7 +822,7 @@ def run(
 def _pass_change(prepared: Prepared, stretch: int, motion: Motion) -> FloatArray:
     """Go over to a stretch: what presses other bodies there has another indentation; return the rows of events.
 
-    Contacts are opened and closed as at a jump of the path (careful.py), and as `march/events.py` has it.
+    Contacts are opened and closed as at a jump of the path (careful.py), and as `march/wheel/events.py` has it.
     """
     before, after = (prepared.stretches[one].tables.seconds[0] for one in (stretch - 1, stretch))
     motion.contacts[:, [layout.IMPACT_AT, layout.LOSS_AT]] *= before / after

@@ -16,14 +16,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.careful import SNAP
 from wheeltapper.march.general.contract import Task
 from wheeltapper.march.general.ensemble import march_alone
 from wheeltapper.march.general.gap_along import smallest_kernel
 from wheeltapper.march.general.march import Found, first_places, room_of
-from wheeltapper.march.program import FloatArray
 
 NEAR = 2.0, 0.1
 """A part may hold the smallest D if its smallest force at a node is at most so many times that of all parts, plus so

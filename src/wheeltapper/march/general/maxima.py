@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.crossings import NO_CROSSING, bernstein_value, first_crossing
 from wheeltapper.march.general.layout import BEGIN, LOWEST_SINCE, TOP_SIZE, TOP_WAITS
 from wheeltapper.march.general.local import part_of
 from wheeltapper.march.general.records import Nodes, Room
-from wheeltapper.march.kernel import inlined_uncounted_kernel
-from wheeltapper.march.program import FloatArray
 
 EXTREMES_MERGE = 1e-9
 """Two extremes closer than this share of a part are one."""

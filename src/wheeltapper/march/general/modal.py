@@ -6,9 +6,9 @@ ordered by their rates, and in row l those before `first[l]` are left out, since
 
 from __future__ import annotations
 
+from wheeltapper.march.common.kernel import uncounted_kernel
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.general.layout import IM, RE
-from wheeltapper.march.kernel import uncounted_kernel
-from wheeltapper.march.program import FloatArray, IntArray
 
 TOGETHER = 4
 """Columns, of cells or of directions, that are multiplied at a time."""

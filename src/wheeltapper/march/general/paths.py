@@ -10,10 +10,10 @@ from math import cos, sin
 
 import numpy as np
 
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.kernel import uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general.layout import PIECE_NOW, SHIFT_NOW, STRETCH_NOW
-from wheeltapper.march.kernel import uncounted_kernel
-from wheeltapper.march.program import FloatArray
 
 RADIANS = 2.0
 """Longest part of a wave that a step goes over."""

@@ -13,15 +13,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.general import careful, layout, local
 from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.crossings import NO_CROSSING
 from wheeltapper.march.general.laws.free_play import PLAY_DAMPING, PLAY_GAP
 from wheeltapper.march.general.layout import EVENLY, FLYING, STOP_AT
 from wheeltapper.march.general.records import Nodes, Room, Site
-from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.program import FloatArray, IntArray
 
 PLACE_ROUNDING = 1e-13
 """Of displacements, in static indentations: over a short part it is felt in the velocity, and so in the force."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.common.program import FloatArray, IntArray
 
 
 class Nodes(NamedTuple):

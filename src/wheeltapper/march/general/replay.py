@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.careful import sigma_of, sigmas_of
@@ -26,7 +27,6 @@ from wheeltapper.march.general.records import Tables
 from wheeltapper.march.general.stepping import MODES_EVERY
 from wheeltapper.march.general.structure import ComplexArray, Ring
 from wheeltapper.march.general.tables import Grid, exponentials, heavy_of, real_times, states_of
-from wheeltapper.march.program import FloatArray, IntArray
 
 AT_ONCE = 8192
 """Samples that are computed at a time."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.general import borders, layout, local, paths
 from wheeltapper.march.general.careful import FORESEEN, RECENT, SNAP, foresee_loss, log_row
 from wheeltapper.march.general.laws.switch import LAW_PULLS
 from wheeltapper.march.general.layout import IMPACT_AT, LOSS_AT
 from wheeltapper.march.general.records import Nodes, Room, Site
-from wheeltapper.march.kernel import inlined_uncounted_kernel
-from wheeltapper.march.program import FloatArray, IntArray
 
 FROM_GAP, CONTINUED, ONCE_MORE = range(3)
 """What a solve begins with: the force that there is, the last solution continued, or a solution of its own."""

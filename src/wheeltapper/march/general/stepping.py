@@ -13,7 +13,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.careful import EVENTS_NOW, ROWS_NOW
@@ -23,8 +25,6 @@ from wheeltapper.march.general.maxima import follow_row
 from wheeltapper.march.general.modal import add_turned_back, read_modes, turn, turned, write_modes
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Site, Stage, Tables
 from wheeltapper.march.general.smooth import CONTINUED, FROM_GAP, ONCE_MORE, may_be_smooth, smooth
-from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.program import FloatArray
 
 MOST_SWEEPS = 12
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.march.program import FloatArray
+from wheeltapper.march.common.program import FloatArray
 
 ComplexArray = NDArray[np.complex128]
 

@@ -13,7 +13,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.general import careful, layout, local
 from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.crossings import NO_CROSSING
@@ -23,8 +25,6 @@ from wheeltapper.march.general.laws.switch import CORNERED_DAMPER, LAW_KIND, LAW
 from wheeltapper.march.general.layout import BEGIN, EVENLY, STOP_AT, STRETCH_NOW
 from wheeltapper.march.general.play import PLACE_ROUNDING, TURN_STAGNANT
 from wheeltapper.march.general.records import Nodes, Room, Site
-from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.program import FloatArray, IntArray
 
 UP, DOWN, NOWHERE = 1.0, -1.0, 0.0
 """The end by which a stretch is left."""

@@ -16,11 +16,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.contract import Bodies, Method, Port, System
 from wheeltapper.march.general.records import Nodes, Tables
 from wheeltapper.march.general.structure import ComplexArray, Ring
-from wheeltapper.march.program import FloatArray, IntArray
 
 
 class Units(NamedTuple):

@@ -18,7 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.general import layout, local, modal, paths
 from wheeltapper.march.general.algebra import LANES, copy, factorise, solve_lanes
 from wheeltapper.march.general.careful import EVENTS_NOW, ROWS_NOW, SNAP, share_part
@@ -26,8 +28,6 @@ from wheeltapper.march.general.laws.switch import LAW_RATED, forces
 from wheeltapper.march.general.layout import BEGIN, EVENLY, IM, RE
 from wheeltapper.march.general.records import Data, Logs, Motion, Nodes, Room, Site, Tables
 from wheeltapper.march.general.stepping import bays_ahead
-from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.program import FloatArray, IntArray
 
 AT_PART_END = 4e-8
 """Parts of a macro step; an event no farther from the end of a logged part is at it."""

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import FloatArray
+from wheeltapper.march.common.telling import Tell, report_nothing
 from wheeltapper.march.general import march as general
 from wheeltapper.march.general.contract import Task
 from wheeltapper.march.general.integrals import impulses
 from wheeltapper.march.general.march import Found
-from wheeltapper.march.program import FloatArray
-from wheeltapper.march.telling import Tell, report_nothing
 
 SPAN_BEGIN, SPAN_LENGTH = range(2)
 """Columns of the rows of `Marched.steps`."""
@@ -31,7 +31,7 @@ class Marched(NamedTuple):
     free
         (spans, contacts): where a contact has no force.
     events, peaks
-        Of the wheels, as in `wheeltapper.march.program`, in SI units.
+        Of the wheels, as in `wheeltapper.march.common.program`, in SI units.
     end
         Time at the end, s.
     found

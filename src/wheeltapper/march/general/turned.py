@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general import layout, tables
 from wheeltapper.march.general import march as general
 from wheeltapper.march.general.basis import gauss_nodes
@@ -18,7 +19,6 @@ from wheeltapper.march.general.contract import Bodies, Law
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.structure import ComplexArray
 from wheeltapper.march.general.tangent import LAW_CONSTANT, factor_turn, path_turn
-from wheeltapper.march.program import FloatArray
 
 
 class SystemTurn(NamedTuple):

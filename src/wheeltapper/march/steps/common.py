@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from wheeltapper.march.program import MAX_DEGREE
+from wheeltapper.march.common.program import MAX_DEGREE
 from wheeltapper.march.steps.derive import total
 from wheeltapper.march.steps.equations import BENT, FLAT, Terms
 

@@ -19,7 +19,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from wheeltapper.march.lane_rows import LANES
+from wheeltapper.march.steps.lane_rows import LANES
 
 FEWEST = 12
 """Assignments that are worth a call."""

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from wheeltapper.march.program import MAX_DEGREE
+from wheeltapper.march.common.program import MAX_DEGREE
 from wheeltapper.march.steps.tape import Series, Sum, Tape, constant, sum_of
 
 FLAT, WAVE, BENT = "flat", "wave", "bent"

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from math import comb, factorial
 
-from wheeltapper.march.layout import FLIGHT_ORDER
-from wheeltapper.march.program import DEFAULT_ORDER, MAX_DEGREE
+from wheeltapper.march.common.program import DEFAULT_ORDER, MAX_DEGREE
 from wheeltapper.march.steps import common
 from wheeltapper.march.steps.derive import coefficients, needed, quick_coefficients
 from wheeltapper.march.steps.equations import BENT, FLAT, Free, Terms, contact, free
+from wheeltapper.march.steps.layout import FLIGHT_ORDER
 
 NOISE = 1e-13
 CLOSE = 1e-13

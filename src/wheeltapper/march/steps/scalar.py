@@ -8,10 +8,10 @@ it makes one step. One in time makes one step, and leaves its series. The argume
 
 from __future__ import annotations
 
-from wheeltapper.march.layout import FLIGHT_ORDER
 from wheeltapper.march.steps import common
 from wheeltapper.march.steps.derive import coefficients, needed, quick_coefficients
 from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms, contact, free
+from wheeltapper.march.steps.layout import FLIGHT_ORDER
 
 LOGGED = {
     "PHASE": "CONTACT", "TIME": "time", "A": "u0", "B": "w0", "DECK_Y": "0.0", "DECK_V": "0.0",

@@ -15,12 +15,12 @@ import ast
 import re
 from collections.abc import Iterable
 
-from wheeltapper.march.layout import FLIGHT_ORDER
-from wheeltapper.march.program import MAX_DEGREE
+from wheeltapper.march.common.program import MAX_DEGREE
 from wheeltapper.march.steps import common
 from wheeltapper.march.steps.derive import coefficients, needed, total
 from wheeltapper.march.steps.equations import BENT, FLAT, Free, Terms, contact, free
 from wheeltapper.march.steps.lanes import at, function, given, read, read_block, series
+from wheeltapper.march.steps.layout import FLIGHT_ORDER
 from wheeltapper.march.steps.tape import Tape
 
 ENDS = {"t": "T", "u": "U", "w": "W", "Y": "DECK_Y", "Z": "DECK_V"}

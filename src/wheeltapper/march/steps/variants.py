@@ -7,12 +7,12 @@ from typing import cast
 
 import numpy as np
 
-from wheeltapper.march import program as contract
-from wheeltapper.march.held_end import damper_ends
-from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.program import FloatArray
-from wheeltapper.march.steplength import SLOW
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms
+from wheeltapper.march.steps.held_end import damper_ends
+from wheeltapper.march.steps.steplength import SLOW
 
 PATHS = (FLAT, WAVE, BENT)
 OVER_WAVE, OVER_BENT = 1, 2

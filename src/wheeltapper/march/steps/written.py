@@ -18,16 +18,16 @@ from typing import Any
 import numba
 import numpy as np
 
-from wheeltapper.march import lane_rows, layout, steplength, tangent_path
-from wheeltapper.march import program as contract
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.kernel import uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.compiling.sources import STEPS as FOLDER
-from wheeltapper.march.kernel import uncounted_kernel
-from wheeltapper.march.program import FloatArray
-from wheeltapper.march.series import harmonic_at
-from wheeltapper.march.steps import lanes, powers, scalar, tangents, variants
+from wheeltapper.march.steps import lane_rows as at
+from wheeltapper.march.steps import lanes, layout, powers, scalar, steplength, tangent_path, tangents, variants
 from wheeltapper.march.steps.calling import EIGHT, ONE, TURNED, address_of
 from wheeltapper.march.steps.condensed import condensed
 from wheeltapper.march.steps.equations import Free
+from wheeltapper.march.steps.series import harmonic_at
 from wheeltapper.march.steps.variants import FLIES, FREE, OF_ENDED, VARIANTS, variants_of_cells, variants_over
 
 FORGIVEN = 2.0
@@ -77,7 +77,7 @@ def source_of_tangents(number: int, order: int) -> str:
 
 def _known() -> dict[str, Any]:
     """Return what the names in a source mean."""
-    known = vars(contract) | vars(layout) | vars(lane_rows) | vars(math) | vars(steplength) | vars(tangent_path)
+    known = vars(contract) | vars(layout) | vars(at) | vars(math) | vars(steplength) | vars(tangent_path)
     own = {"harmonic_at": harmonic_at, "np": np, "FORGIVEN": FORGIVEN, "SAME_PLACE": SAME_PLACE}
     return known | own | {"__name__": __name__}
 

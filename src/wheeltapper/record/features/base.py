@@ -15,7 +15,7 @@ from wheeltapper.ground.arguments import as_count, check_choice, check_flag, che
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.notes import Note
 from wheeltapper.ground.outcome import Outcome
-from wheeltapper.record.trains import Trains, Values, notes_of_cells
+from wheeltapper.record.trains.trains import Trains, Values, notes_of_cells
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -109,8 +109,8 @@ class Feature:
         """
         if isinstance(of, Trains):
             return self._of_trains(of)
+        from wheeltapper.ground.warned import warn_of
         from wheeltapper.record.record import Record
-        from wheeltapper.record.simulate import warn_of
 
         if not isinstance(of, Record):
             raise InputError("", self.name, f"a {type(of).__name__}", "a record: what `wheeltapper.simulate` returns")
@@ -121,7 +121,7 @@ class Feature:
     def _of_record(self, record: Record) -> tuple[xr.DataArray, tuple[Note, ...]]:
         """Return the feature of a record, and what is to be said of it, which is also its attribute `note`."""
         from wheeltapper.record.labels import of_wheels
-        from wheeltapper.record.record_trains import trains_of
+        from wheeltapper.record.trains.of_record import trains_of
 
         contacts = record._contacts
         values, notes = np.full(len(contacts.static_force), np.nan), tuple[Note, ...]()

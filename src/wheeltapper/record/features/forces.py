@@ -6,7 +6,7 @@ import numpy as np
 
 from wheeltapper.ground.arguments import as_count, check_flag
 from wheeltapper.record.features.base import Feature, check_order, feature
-from wheeltapper.record.trains import Trains, Values
+from wheeltapper.record.trains.trains import Trains, Values
 
 
 @feature

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from wheeltapper.ground.arguments import as_count, check_flag
 from wheeltapper.record.features.base import Feature, feature
-from wheeltapper.record.growth import BATCHES
+from wheeltapper.record.trains.growth import BATCHES
 
 
 @feature

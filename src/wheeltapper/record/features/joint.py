@@ -5,9 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.ground.arguments import as_quantity, check_flag
+from wheeltapper.record.assessment.filtering import (
+    checked_filter,
+    checked_rate,
+    low_passed,
+    note_of_ends,
+    readings,
+    usual_rate,
+)
 from wheeltapper.record.features.base import Feature, feature
-from wheeltapper.record.filtering import checked_filter, checked_rate, low_passed, note_of_ends, readings, usual_rate
-from wheeltapper.record.trains import Trains, Values
+from wheeltapper.record.trains.trains import Trains, Values
 
 
 @feature

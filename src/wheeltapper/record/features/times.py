@@ -8,7 +8,7 @@ import numpy as np
 
 from wheeltapper.ground.arguments import check_choice
 from wheeltapper.record.features.base import Feature, check_order, feature
-from wheeltapper.record.trains import Trains, Values
+from wheeltapper.record.trains.trains import Trains, Values
 
 
 def _onset_times(trains: Trains, n: int) -> Values:

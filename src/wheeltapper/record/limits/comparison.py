@@ -22,8 +22,7 @@ from wheeltapper.ground.notes import Note
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.unmet import unmet_notes
-from wheeltapper.record.contacts import SIDES
-from wheeltapper.record.filtering import (
+from wheeltapper.record.assessment.filtering import (
     checked_rate,
     low_passed,
     note_of_ends,
@@ -32,7 +31,8 @@ from wheeltapper.record.filtering import (
     sliding_mean,
     usual_rate,
 )
-from wheeltapper.record.guidance import guidance_with_notes
+from wheeltapper.record.assessment.guidance import guidance_with_notes
+from wheeltapper.record.contacts import SIDES
 from wheeltapper.record.limits.rule import (
     LATERAL,
     OF_FAULTS,

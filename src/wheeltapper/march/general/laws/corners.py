@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from wheeltapper.march.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.program import FloatArray
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 
 CORNERED_COUNT, CORNERED_FIRST, CORNERED_PER_LENGTH, CORNERED_FORCE = range(1, 5)
 """Columns: number of stretches, the table's first row, units of length in m and of force in N."""

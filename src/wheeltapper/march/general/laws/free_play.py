@@ -7,8 +7,8 @@ falls through zero the stop is left, and z rests (docs/theory/motion.rst, sectio
 
 from __future__ import annotations
 
-from wheeltapper.march.kernel import inlined_uncounted_kernel
-from wheeltapper.march.program import FloatArray
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 
 PLAY_DAMPING, PLAY_GAP, PLAY_START = 1, 2, 3
 """Columns of c, of the half-gap g, and of z at the start."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import sqrt
 
-from wheeltapper.march.kernel import inlined_uncounted_kernel
-from wheeltapper.march.program import FloatArray
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 
 HERTZ_CONSTANT = 1
 """Column of C."""

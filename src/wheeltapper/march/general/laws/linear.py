@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from wheeltapper.march.kernel import inlined_uncounted_kernel
-from wheeltapper.march.program import FloatArray
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 
 LINEAR_STIFFNESS = 1
 """Column of k."""

@@ -10,8 +10,8 @@ section 1.9).
 
 from __future__ import annotations
 
-from wheeltapper.march.kernel import inlined_uncounted_kernel
-from wheeltapper.march.program import FloatArray
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 
 JENKINS_FORCE, JENKINS_STIFFNESS = 1, 2
 """Columns of F and k."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from wheeltapper.march.common.kernel import uncounted_kernel
+from wheeltapper.march.common.plastic_law import plastic_force
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general.laws.corners import cornered_force
 from wheeltapper.march.general.laws.free_play import free_play_force
 from wheeltapper.march.general.laws.hertz import hertz_force
@@ -10,9 +13,6 @@ from wheeltapper.march.general.laws.kelvin import kelvin_force
 from wheeltapper.march.general.laws.linear import bonded_force, linear_force
 from wheeltapper.march.general.laws.slider import slider_force
 from wheeltapper.march.general.laws.tabulated import tabulated_forces, tabulated_share
-from wheeltapper.march.kernel import uncounted_kernel
-from wheeltapper.march.plastic_law import plastic_force
-from wheeltapper.march.program import FloatArray
 
 (
     HERTZ, LINEAR_LAW, HUNT_CROSSLEY, TABULATED, KELVIN, TWO_SIDED, FREE_PLAY, PLASTIC, SLIDER, CORNERED_SPRING,

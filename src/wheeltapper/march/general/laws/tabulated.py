@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from math import sqrt
 
-from wheeltapper.march.kernel import inlined_uncounted_kernel
-from wheeltapper.march.program import FloatArray
+from wheeltapper.march.common.kernel import inlined_uncounted_kernel
+from wheeltapper.march.common.program import FloatArray
 
 (
     TABLE_EXPONENT, TABLE_LARGEST, TABLE_CELLS, TABLE_V_TERMS, TABLE_FIRST, TABLE_FORCE, TABLE_SLOWEST, TABLE_WIDTH,

@@ -1,0 +1,133 @@
+"""What is computed of cells: features, their derivatives, and the status and trust of each cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.study import Study
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.notes import Note, Shared, shared_notes
+from wheeltapper.ground.warned import warn_caller
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.general import layout
+from wheeltapper.march.wagon import assembly
+from wheeltapper.record import balanced
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+MOST_REFUSALS = 100
+"""Largest number of reasons for refused cells that are kept; further ones are dropped."""
+
+# Status of a cell, in the order of the numbers that a chart stores.
+COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED, CHATTERING, UNSOLVED, DERAILED, UNBALANCED, FULL = (
+    range(11)
+)
+STATUS = (
+    "complete", "event_limit", "not_finite", "stalled", "end_of_path", "refused", "chattering", "unsolved",
+    "derailed", "unbalanced", "out_of_memory",
+)  # fmt: skip
+STATUS_OF_MARCH = np.zeros(128, dtype=np.int64)
+"""Status of a cell by that of its march."""
+STATUS_OF_MARCH[[contract.TOO_MANY_EVENTS, contract.NOT_FINITE, contract.STALLED, contract.END_OF_PATH]] = (
+    EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH,
+)  # fmt: skip
+STATUS_OF_MARCH[[layout.CHATTERS, layout.UNSOLVED]] = CHATTERING, UNSOLVED
+STATUS_OF_MARCH[[assembly.DERAILED, balanced.UNBALANCED, contract.FULL]] = DERAILED, UNBALANCED, FULL
+# How far a gradient can be trusted.
+EXACT, GRAZING, NEAR_CHAOTIC, NOT_DIFFERENTIABLE = range(4)
+TRUST = ("exact", "grazing", "near_chaotic")
+TRUST_BY_DIFFERENCES = ("by_differences", "grazing", "near_chaotic", "not_differentiable")
+"""The same for cells whose derivatives are differences of runs; the first has its error beside."""
+
+
+@dataclass(frozen=True)
+class ComputedCells:
+    """Results of some cells.
+
+    Attributes
+    ----------
+    values
+        (features, cells), SI units; NaN if a cell has too few impacts or could not be computed. Of several wheelsets
+        (features, wheelsets, cells), of wagons (features, axles, sides, cells).
+    status
+        (cells,), places in `STATUS`.
+    gradient
+        (features, parameters, cells); without parameters if no gradient was asked for.
+    trust
+        (cells,), places in `TRUST`.
+    amplification
+        (cells,) growth of a small change of the start until the last feature is known; NaN without gradients.
+    notes
+        What the user should know, once for each cause.
+    refusals
+        Why cells were refused.
+    error
+        Probable errors of the gradient, of the same shape; None where it is exact.
+    """
+
+    values: FloatArray
+    status: IntArray
+    gradient: FloatArray
+    trust: IntArray
+    amplification: FloatArray
+    notes: tuple[Shared, ...]
+    refusals: tuple[InputError, ...] = ()
+    error: FloatArray | None = None
+
+    def check_refusals(self) -> None:
+        """Raise an error if no cell could be computed; warn if some could not."""
+        if not self.refusals:
+            return
+        refused = int((self.status == REFUSED).sum())
+        if refused == len(self.status):
+            raise self.refusals[0]
+        what = f"{refused} of {len(self.status)} cells cannot be computed; the first: {self.refusals[0]}"
+        warn_caller(what)
+
+    @staticmethod
+    def joined_parts(parts: list[ComputedCells]) -> ComputedCells:
+        """Return several parts as one, in order."""
+        notes = shared_notes(note for part in parts for note in part.notes)
+
+        def joined_field(name: str) -> FloatArray:
+            return np.concatenate([getattr(part, name) for part in parts], axis=-1)
+
+        status, trust = joined_field("status").astype(np.int64), joined_field("trust").astype(np.int64)
+        refusals = tuple(error for part in parts for error in part.refusals)[:MOST_REFUSALS]
+        has_error = all(part.error is not None for part in parts)
+        return ComputedCells(
+            joined_field("values"),
+            status,
+            joined_field("gradient"),
+            trust,
+            joined_field("amplification"),
+            notes,
+            refusals,
+            joined_field("error") if has_error else None,
+        )
+
+    @staticmethod
+    def refused_cell(asked: Study, *why: InputError) -> ComputedCells:
+        """Return one cell that cannot be computed."""
+        features, parameters = len(asked.features), len(asked.gradient)
+        unknown = np.full((features, parameters, *asked.wheel_shape, 1), np.nan)
+        return ComputedCells(
+            np.full((features, *asked.wheel_shape, 1), np.nan), np.array([REFUSED]), unknown, np.array([EXACT]),
+            np.full(1, np.nan), tuple(Shared(Note(f"cannot be computed: {error}", "refused"), 1) for error in why), why,
+            unknown if asked.by_differences else None,
+        )  # fmt: skip
+
+
+def last_events(asked: Study) -> tuple[int, int]:
+    """Return the impact, or the impact before a loss, at which the last feature is known; -1 where none tells."""
+    if any(feature.until == "end" for feature in asked.features):
+        return -1, -1
+    impact, loss = (
+        max((feature.impacts for feature in asked.features if feature.until == until), default=-1)
+        for until in ("impact", "loss")
+    )
+    return (impact, -1) if impact > loss else (-1, loss)

@@ -1,0 +1,1 @@
+"""Laws of contacts, and the geometry behind them."""

@@ -1,0 +1,1 @@
+"""Marks that wheels leave on rails, and rails that remember them."""

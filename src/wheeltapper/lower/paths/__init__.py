@@ -1,0 +1,1 @@
+"""Paths of a wheel over a rail, as pieces of polynomials."""

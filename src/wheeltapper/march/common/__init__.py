@@ -1,0 +1,1 @@
+"""What all marches share: the decorators of kernels, numbers of the contract, plastic laws, blocks of work."""

@@ -1,0 +1,1 @@
+"""What standards make of a run: filters and weightings, ride comfort, guidance."""

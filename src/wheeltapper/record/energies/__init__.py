@@ -1,0 +1,1 @@
+"""Energy of a run, by shares, and what is missing of it."""

@@ -1,0 +1,137 @@
+"""The energy balance of a run: it must close, and the record states the error.
+
+Along a smooth stretch: change of (kinetic + elastic) = work of the load + work of the irregularity - dissipated. Where
+the path jumps, or the wheel leaves a displaced deck, the indentation and the elastic energy of the contact jump. That
+difference counts as work of the irregularity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.lower.build import Lowered
+from wheeltapper.march import run
+from wheeltapper.march.common import program as contract
+from wheeltapper.record import yielded
+from wheeltapper.record.elements import damper
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wheeltapper.march.wheel.single import March
+
+FloatArray = NDArray[np.float64]
+NODES = 24
+"""Number of nodes of Gauss's rule for the integral over one step."""
+
+
+@dataclass(frozen=True)
+class Integrals:
+    """Scaled integrals of each step, and the quantities at the steps' ends."""
+
+    columns: FloatArray  # (steps, INTEGRALS)
+    ends: FloatArray  # (steps, 2, OUT_COLUMNS)
+    elastic: FloatArray  # (steps, 2): elastic energy of the contact at the ends
+    on_deck: NDArray[np.bool_]
+
+    @property
+    def impulse(self) -> FloatArray:
+        """Impulse of the contact force in each step."""
+        from wheeltapper.march.wheel.dense import IMPULSE
+
+        return np.asarray(self.columns[:, IMPULSE])
+
+
+def integrate(lowered: Lowered, march: March) -> Integrals:
+    """Integrate over every step of a march."""
+    from wheeltapper.march.wheel import dense
+
+    columns, ends = run.integrals(lowered.program, march, NODES)
+    elastic = _elastic_energy(lowered, march, ends)
+    yields = march.steps[:, contract.PHASE] >= contract.YIELDING
+    if np.any(yields):
+        elastic[yields] = yielded.stored_energy(lowered, ends[yields])
+    # An indentation that recovers without force returns no energy: it stays in the material.
+    spent = yields | (march.steps[:, contract.PHASE] == contract.RELEASED)
+    columns[spent, dense.LOST_CONTACT] -= elastic[spent, 1] - elastic[spent, 0]
+    return Integrals(columns, ends, elastic, march.steps[:, contract.ON_DECK] != 0.0)
+
+
+def _elastic_energy(lowered: Lowered, march: March, ends: FloatArray) -> FloatArray:
+    from wheeltapper.march.wheel import dense
+
+    numbers, steps = lowered.program.numbers, march.steps
+    delta = ends[:, :, dense.OUT_DELTA]
+    touching = (steps[:, contract.PHASE] != contract.FLIGHT)[:, None]
+    bonded = (steps[:, contract.PHASE] == contract.BONDED)[:, None]
+    depth = np.where(touching, np.where(bonded, delta, np.maximum(delta, 0.0)), 0.0)
+    law = 0.5 * numbers[contract.QUADRATIC] * depth**2 + 0.4 * numbers[contract.CUBIC] * np.abs(depth) ** 2.5
+    return np.asarray(law * _step_factors(lowered, march))
+
+
+def _step_factors(lowered: Lowered, march: March) -> FloatArray:
+    """Return the factor on the contact force at both ends of each step, from the piece of that step."""
+    rows = march.pieces[march.steps[:, contract.PIECE].astype(int)]
+    if np.all(rows[:, contract.FACTOR_DEGREE] < 0):
+        return np.ones((len(rows), 2))
+    pace = lowered.program.numbers[contract.PACE]
+    begins = march.steps[:, contract.TIME]
+    finishes = np.append(begins[1:], march.state[contract.TIME])
+    out = np.ones((len(rows), 2))
+    for i, time in enumerate((begins, finishes)):
+        xi = (pace * time - march.steps[:, contract.SHIFT] - rows[:, contract.CENTRE]) / rows[:, contract.SCALE]
+        powers = sum(rows[:, contract.FACTOR + k] * xi**k for k in range(contract.TERMS))
+        out[:, i] = np.where(rows[:, contract.FACTOR_DEGREE] < 0, 1.0, powers)
+    return out
+
+
+def _state_energy(lowered: Lowered, ends: FloatArray) -> tuple[float, float]:
+    """Return kinetic energy and elastic energy of the springs (without the contact) at one instant, scaled."""
+    from wheeltapper.march.wheel import dense
+
+    numbers = lowered.program.numbers
+    kinetic = 0.5 * ends[dense.OUT_WHEEL_V] ** 2 + 0.5 * numbers[contract.DECK_MASS] * ends[dense.OUT_DECK_V] ** 2
+    springs = numbers[contract.STIFFNESS] * ends[dense.OUT_WHEEL_Y] ** 2
+    springs += numbers[contract.DECK_STIFFNESS] * ends[dense.OUT_DECK_Y] ** 2
+    return float(kinetic), float(0.5 * springs) + damper.bush_energy(lowered, ends)
+
+
+def balance(lowered: Lowered, integrals: Integrals) -> xr.Dataset:
+    """Return the energy balance over the whole run, in J."""
+    from wheeltapper.march.wheel import dense
+    from wheeltapper.record.energies.terms import energies
+
+    ends, columns = integrals.ends, integrals.columns
+    kinetic0, springs0 = _state_energy(lowered, ends[0, 0])
+    kinetic1, springs1 = _state_energy(lowered, ends[-1, 1])
+    in_contact = float(integrals.elastic[-1, 1] - integrals.elastic[0, 0])
+    jumps = float((integrals.elastic[1:, 0] - integrals.elastic[:-1, 1]).sum())
+    settled = jumps if lowered.program.numbers[contract.MEMORY] != 0.0 else 0.0  # jumps of the contact law itself
+    work_path = float(columns[:, dense.WORK_PATH].sum() + columns[:, dense.WORK_FACTOR].sum()) + jumps - settled
+    rise = ends[:, 1, dense.OUT_DECK_Y] - ends[:, 0, dense.OUT_DECK_Y]
+    prestress = lowered.program.numbers[contract.PRESTRESS] * float(rise[integrals.on_deck].sum())
+    work_load = -(ends[-1, 1, dense.OUT_WHEEL_Y] - ends[0, 0, dense.OUT_WHEEL_Y]) + prestress
+    lost = columns[:, [dense.LOST_SUSPENSION, dense.LOST_DECK, dense.LOST_CONTACT]].sum(axis=0)
+    lost[2] -= settled
+    exchanged = (
+        0.5 * float((ends[:, 0, dense.OUT_WHEEL_V] ** 2).max())
+        + float(integrals.elastic.max())
+        + float(np.abs(columns[:, dense.WORK_PATH]).sum())
+        + float(lost.sum())
+        + abs(work_load)
+    )
+    terms = {
+        "kinetic": kinetic1 - kinetic0,
+        "elastic": springs1 - springs0 + in_contact,
+        "elastic_contact": in_contact,
+        "dissipated_suspension": lost[0],
+        "dissipated_deck": lost[1],
+        "dissipated_contact": lost[2],
+        "work_of_load": work_load,
+        "work_of_irregularity": work_path,
+    }
+    return energies(terms, exchanged, lowered.force * lowered.length)

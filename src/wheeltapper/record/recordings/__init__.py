@@ -1,0 +1,1 @@
+"""Recordings: what a sensor gives over time, read from files and written."""

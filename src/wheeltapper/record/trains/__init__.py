@@ -1,0 +1,1 @@
+"""The trains of impacts and maxima from which features are read."""
