@@ -31,7 +31,7 @@ def test_a_march_in_parts_is_the_march_in_one(name, monkeypatch):
     monkeypatch.setattr(telling, "CHUNK", len(whole.steps) // 9)
     parts = march(program)
     assert parts.status == whole.status
-    for table, expected in zip(parts[1:], whole[1:], strict=True):
+    for table, expected in zip(parts[1:-1], whole[1:-1], strict=True):  # the last is the program
         np.testing.assert_array_equal(table, expected)
 
 

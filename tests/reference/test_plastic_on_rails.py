@@ -292,7 +292,7 @@ def test_the_paths_of_followers_are_those_that_the_marks_make(vehicle):
     )  # fmt: skip
     task = lower_on_rails(scene).program
     marched = run.march(task)
-    system = marched.found.prepared.system
+    system = marched.system
     assert [len(one.pieces) > 10 for one in system.contacts] == [False] + [True] * (len(system.contacts) - 1)
     again = run.march(task._replace(system=system, memory=None))
     assert again.events[:, :2] == pytest.approx(marched.events[:, :2], abs=1e-13)

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from wheeltapper.lower.on_rails import LoweredOnRails
     from wheeltapper.lower.wagon import LoweredWagon
     from wheeltapper.march.general.task import Marched
-    from wheeltapper.march.wagon.multibody import MultibodyMarch
-    from wheeltapper.march.wheel.single import March
+    from wheeltapper.march.wagon.march import Marched as MarchedWagon
+    from wheeltapper.march.wheel.march import Marched as MarchedWheel
     from wheeltapper.record.features import Feature
 
 FloatArray = NDArray[np.float64]
@@ -131,7 +131,7 @@ class _OfWagons:
         track = track._replace(method=track.method._replace(step=SHORTER * track.method.step))
         return replace(lowered, below=lowered.below._replace(track=track))
 
-    def beside(self, lowered: LoweredWagon, march: MultibodyMarch, which: int) -> tuple[LoweredWagon, float]:
+    def beside(self, lowered: LoweredWagon, march: MarchedWagon, which: int) -> tuple[LoweredWagon, float]:
         layout, A = lowered.layout, lowered.assembly
         named = zip(layout.displacement_places, layout.motions, strict=True)
         heights = [at for at, (body, motion) in named if motion == "z" and body.startswith("wheelset ")]
@@ -139,16 +139,16 @@ class _OfWagons:
         A.start[moved] += SMALL / A.scales[moved]
         return lowered, SMALL * float(np.sqrt(len(moved)))
 
-    def happened(self, march: MultibodyMarch) -> list[NDArray[Any]]:
+    def happened(self, march: MarchedWagon) -> list[NDArray[Any]]:
         pieces = march.steps[:, asm.STEP_ELEMENTS :].T[:, :, None]
         met = [_by_contact(rows, contract.EVENT_KIND) for rows in (march.events, march.seat_events)]
         return [*met, *(_changes(one) for one in pieces)]
 
-    def gentlest(self, lowered: LoweredWagon, march: MultibodyMarch) -> float:
+    def gentlest(self, lowered: LoweredWagon, march: MarchedWagon) -> float:
         numbers = lowered.assembly.numbers
         return _slowest(march.events) * float(numbers[asm.PULSE]) / float(numbers[asm.STATIC_INDENTATION])
 
-    def end_of(self, lowered: LoweredWagon, march: MultibodyMarch) -> FloatArray:
+    def end_of(self, lowered: LoweredWagon, march: MarchedWagon) -> FloatArray:
         states = lowered.layout.state_count
         return np.asarray(march.state[:states] * lowered.assembly.scales[:states])
 
@@ -160,24 +160,24 @@ class _OfWheel:
         lowered.program.numbers[contract.TOLERANCE] *= FINER
         return lowered
 
-    def beside(self, lowered: Lowered, march: March, which: int) -> tuple[Lowered, float]:
+    def beside(self, lowered: Lowered, march: MarchedWheel, which: int) -> tuple[Lowered, float]:
         lowered.program.numbers[contract.START_HEIGHT if which == HEIGHTS else contract.START_VELOCITY] += SMALL
         return lowered, SMALL
 
-    def happened(self, march: March) -> list[NDArray[Any]]:
+    def happened(self, march: MarchedWheel) -> list[NDArray[Any]]:
         held = [contract.PHASE, contract.ON_DECK, *range(contract.END_MODE, march.steps.shape[1])[:1]]
         return [
             march.events[:, [contract.EVENT_KIND, contract.EVENT_CAUSE]], _changes(march.steps[:, held]),
             march.stops[:, [contract.STOP_KIND, contract.STOP_SIDE]],
         ]  # fmt: skip
 
-    def gentlest(self, lowered: Lowered, march: March) -> float:
+    def gentlest(self, lowered: Lowered, march: MarchedWheel) -> float:
         return _slowest(march.events[march.events[:, contract.EVENT_CAUSE] == 0.0])  # the others are those of a jump
 
-    def end_of(self, lowered: Lowered, march: March) -> FloatArray:
+    def end_of(self, lowered: Lowered, march: MarchedWheel) -> FloatArray:
         from wheeltapper.march.wheel import dense
 
-        row = run.sample(lowered.program, march, march.state[[contract.TIME]])[0]
+        row = march.at(march.state[[contract.TIME]])[0]
         return np.asarray(row[[dense.OUT_WHEEL_Y, dense.OUT_WHEEL_V, dense.OUT_DECK_Y, dense.OUT_DECK_V]])
 
 
@@ -193,8 +193,8 @@ class _OnRails:
     def beside(self, lowered: LoweredOnRails, march: Marched, which: int) -> tuple[LoweredOnRails, float]:
         task, (length, speed) = lowered.program, _units(lowered, march)
         bodies, wheels = task.system.bodies, len(lowered.static_force)
-        began, freedoms = march.found.prepared.start.bodies, len(bodies.mass)
-        height = began[:wheels] + march.found.sinking[:wheels]  # below that of first touch
+        began, freedoms = march.start, len(bodies.mass)
+        height = began[:wheels] + march.sinking[:wheels]  # below that of first touch
         start = -np.stack([height, began[freedoms : freedoms + wheels]])
         start[which] += SMALL * (length, speed.mean())[which]
         system = task.system._replace(bodies=bodies._replace(raised=start))
@@ -207,14 +207,14 @@ class _OnRails:
         rows = [
             (time, DECK_END, 0.0, wheel)
             for wheel in range(march.free.shape[1])
-            for time in march.found.changes_of(wheel)
+            for time in march.changes_of(wheel)
         ]  # fmt: skip
         both = np.vstack([np.array(rows).reshape(-1, contract.EVENT_COLUMNS), march.events])
         both = both[np.argsort(both[:, contract.EVENT_TIME], kind="stable")]
         return [_by_contact(both, contract.EVENT_KIND), stays]
 
     def gentlest(self, lowered: LoweredOnRails, march: Marched) -> float:
-        jumps = np.isin(march.events[:, contract.EVENT_TIME], march.found.changes)
+        jumps = np.isin(march.events[:, contract.EVENT_TIME], march.changes)
         events, (_, speed) = march.events[~jumps], _units(lowered, march)
         events[:, contract.EVENT_RATE] /= speed[events[:, contract.EVENT_CONTACT].astype(np.int64)]
         return _slowest(events)
@@ -229,7 +229,7 @@ class _OnRails:
 
 def _units(lowered: LoweredOnRails, march: Marched) -> tuple[float, FloatArray]:
     """Return the static indentation δ0, m, and δ0 over the time sqrt(m·δ0/N0) of each wheelset, m/s."""
-    length = march.found.prepared.units.length
+    length = march.static_indentation
     mass = np.diag(lowered.plane.mass)[: len(lowered.static_force)]
     return length, np.sqrt(length * lowered.static_force / mass)
 

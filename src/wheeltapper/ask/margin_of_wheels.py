@@ -17,14 +17,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.wheel_rows import DELTA_RATE, GRIP, ROW_DELTA
 
 if TYPE_CHECKING:
     from wheeltapper.lower.wagon import LoweredWagon
-    from wheeltapper.march.wagon.multibody import MultibodyMarch
+    from wheeltapper.march.wagon.march import Marched as MarchedWagon
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -65,7 +64,7 @@ class Readings(NamedTuple):
     damped: bool
 
 
-def readings_of_wagon(lowered: LoweredWagon, found: MultibodyMarch) -> Readings:
+def readings_of_wagon(lowered: LoweredWagon, found: MarchedWagon) -> Readings:
     """Return the readings of a wagon's run, of all its treads."""
     A = lowered.assembly
     static, damped = float(A.numbers[asm.STATIC_INDENTATION]), A.numbers[asm.CONTACT_LAW] in (asm.LOSSY, asm.OWN_RATED)
@@ -73,7 +72,7 @@ def readings_of_wagon(lowered: LoweredWagon, found: MultibodyMarch) -> Readings:
     treads = np.flatnonzero(A.lanes[: int(A.numbers[asm.TREADS]), asm.SIDE].ravel())
 
     def at(times: FloatArray) -> FloatArray:
-        read = run.replay(A, found, times, rows)[2][:, :, treads]
+        read = found.at(A, times, rows)[2][:, :, treads]
         read[:, FACTOR:] *= static
         return np.asarray(read)
 

@@ -220,7 +220,7 @@ def _left_behind(record: Record, way: float) -> tuple[FloatArray, FloatArray]:
     vehicle = on_wheels(record.scenario)
     memory = memory_of(vehicle, (), virgin_rail(vehicle, way), way)
     marking, start = memory.begin(), min(vehicle.plane.positions)
-    marking.press(record._march.found)
+    record._march.lay(marking)
     places = memory.before.sample_positions
     inside = places <= max(memory.offsets) + way
     return places[inside] + start, marking.left().settled_indentation()[inside]
@@ -258,16 +258,16 @@ def _rolled_on_rails(record: Record, way: float, spacing: float) -> list[_Rolled
     """Return the wheelsets of a general march."""
     plane, out = record.scenario.vehicle.plane, list[_Rolled]()
     found = record._march
-    wheels = found.found.prepared.system.wheels
+    wheels = found.system.wheels
     for number, (wheelset, position, wheel) in enumerate(zip(plane.wheelsets, plane.positions, wheels, strict=True)):
         to_table = wheel.start - position
 
         def depth_at(places: FloatArray, number: int = number, by: float = to_table) -> FloatArray:
-            indented, left, bears = run.pressed_on_rails(found, number, places + by)
+            indented, left, bears = found.pressed(number, places + by)
             return np.where((indented > bears) | (left == 0.0), indented + left, 0.0)
 
         def slope_at(places: FloatArray, number: int = number, by: float = to_table) -> FloatArray:
-            return run.slopes_on_rails(found, number, places + by)
+            return np.asarray(found.path_slopes(number, places + by))
 
         onset, radius = float(wheel.law.numbers[PLASTIC_ONSET - 1]), float(wheelset.radius)
         depth = _depth_function(record.scenario.rolling, float(position), way, radius, spacing, depth_at, slope_at)

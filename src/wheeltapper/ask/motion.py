@@ -102,7 +102,7 @@ def motion_at(scenario: Scenario, times: FloatArray, method: str = "default") ->
     march = run.march(lowered.program)
     within = scaled <= march.state[contract.TIME] * (1.0 + 1e-12)
     found = np.full((2, len(times)), np.nan)
-    rows = run.sample(lowered.program, march, scaled[within])
+    rows = march.at(scaled[within])
     found[0, within] = rows[:, dense.OUT_FORCE] * lowered.force
     found[1, within] = rows[:, dense.OUT_DECK_A] * (lowered.length / lowered.time**2)
     return Motion(march.status, found[0], found[1])

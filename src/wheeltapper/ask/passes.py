@@ -184,7 +184,7 @@ class RailLine:
         force = self.scenario.vehicle.mass * length / time**2
         first = int(np.searchsorted(self._samples, start))
         times = (self._samples[first:] - start) / speed / time
-        out = run.sample(program, march, times)
+        out = march.at(times)
         depths = (np.maximum(out[:, OUT_DELTA], 0.0) + out[:, OUT_RESIDUAL]) * length
         reached = surface.yield_reached(first, depths)
         before = surface.borne[first : first + len(reached)]

@@ -125,7 +125,7 @@ class RailLineOnTrack:
         several = memory if len(moved) > 1 else None
         march = run.march(Task(system, method_on(system.ring, self._method), length / speed, several))
         marking = memory.begin()
-        marking.press(march.found)
+        march.lay(marking)
         pressures = np.concatenate(marking.pressures)
         elastic, beyond = float(np.mean(pressures <= 1.0)), float(np.mean(pressures > SHAKEDOWN))
         largest = float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * self._rails

@@ -65,7 +65,7 @@ def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:
     values = np.full((len(asked.features), wheels), np.nan)
     gradient = np.full((len(asked.features), len(turns), wheels), np.nan)
     if whole:
-        found = run.rail_tangents(marched, turns)
+        found = marched.tangents(turns)
         amplification = _amplification(lowered, marched, found)
         for lane, turn in enumerate(turns):
             rates = _rates(trains, lowered, marched, found, lane)
@@ -115,7 +115,7 @@ def _rates(trains: Trains, lowered: LoweredOnRails, marched: Marched, found: Tan
     impulses = np.full(len(events) if tally else 0, np.nan)
     first = 0
     for contact in range(cells if tally else 0):
-        own = run.rail_impulse_rates(marched, found, contact)[:, lane] * lowered.force
+        own = marched.impulse_rates(found, contact)[:, lane] * lowered.force
         impulses[first : first + len(own)] = own
         first += int(np.sum(marched.events[:, contract.EVENT_CONTACT] == contact))
     return Rates(events, peaks, np.full(cells if tally else 0, np.nan), impulses)
@@ -147,12 +147,12 @@ def _gentlest(lowered: LoweredOnRails, marched: Marched) -> float:
 def _speed_units(lowered: LoweredOnRails, marched: Marched) -> FloatArray:
     """Return δ0 over the time sqrt(m·δ0/N0) of each wheelset, m/s."""
     mass = np.diag(lowered.plane.mass)[: len(lowered.static_force)]
-    return np.sqrt(marched.found.prepared.units.length * lowered.static_force / mass)
+    return np.sqrt(marched.static_indentation * lowered.static_force / mass)
 
 
 def _amplification(lowered: LoweredOnRails, marched: Marched, found: Tangents) -> float:
     """Return how much a small change of the start has grown at the end: of all wheels' heights or velocities alike."""
-    length, speed = marched.found.prepared.units.length, float(_speed_units(lowered, marched).mean())
+    length, speed = marched.static_indentation, float(_speed_units(lowered, marched).mean())
     freedoms = len(lowered.plane.freedoms)
     scale = np.repeat([length, speed], [freedoms, found.of_starts.shape[1] - freedoms])
     grown = found.of_starts / scale * np.array([[length], [speed]])

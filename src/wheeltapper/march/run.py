@@ -12,8 +12,6 @@ from functools import lru_cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, overload
 
-import numpy as np
-
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import (
     ALONE,
@@ -50,19 +48,15 @@ from wheeltapper.march.general.contract import Task
 from wheeltapper.march.wagon.assembly import Assembly
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from wheeltapper.march.general.ensemble import MarchedCells
-    from wheeltapper.march.general.gradients import Tangents as RailTangents
-    from wheeltapper.march.general.integrals import Rule, Works
-    from wheeltapper.march.general.replay import Modes, Replayed, Starts
     from wheeltapper.march.general.task import Marched
-    from wheeltapper.march.general.turned import SystemTurn
-    from wheeltapper.march.wagon.multibody import MultibodyMarch
+    from wheeltapper.march.wagon.march import Marched as MarchedWagon
     from wheeltapper.march.wagon.rails.march import OnRails
-    from wheeltapper.march.wagon.rails.replay import RailsReplay
     from wheeltapper.march.wagon.remembering import OverMarks
     from wheeltapper.march.wheel import ensemble, gradients, orbits
+    from wheeltapper.march.wheel.march import Marched as MarchedWheel
     from wheeltapper.march.wheel.single import March
 
     Wagons = Assembly | OnRails | OverMarks
@@ -318,93 +312,23 @@ def _present_and_otherwise(need: Need, needs: frozenset[Need]) -> tuple[str, str
 
 def _kernel_module(program: Program | Wagons | Task) -> Any:
     """Return the module of the march that takes a program."""
-    return import_module(f"wheeltapper.march.{_MODULES.get(type(program).__name__, 'wheel.single')}")
+    return import_module(f"wheeltapper.march.{_MODULES.get(type(program).__name__, 'wagon.march')}")
 
 
-_MODULES = {
-    "Task": "general.task", "Assembly": "wagon.multibody", "OnRails": "wagon.rails.march",
-}  # fmt: skip
-"""Modules of the marches, by what they take; all else is a wheelset's."""
+_MODULES = {"Program": "wheel.march", "Task": "general.task"}
+"""Modules of the marches, by what they take; all else is a wagon's."""
 
 
 @overload
-def march(program: Program, tell: Tell = report_nothing) -> March: ...
+def march(program: Program, tell: Tell = report_nothing, motion: FloatArray | None = None) -> MarchedWheel: ...
 @overload
-def march(program: Wagons, tell: Tell = report_nothing) -> MultibodyMarch: ...
+def march(program: Wagons, tell: Tell = report_nothing) -> MarchedWagon: ...
 @overload
 def march(program: Task, tell: Tell = report_nothing) -> Marched: ...
-def march(program: Any, tell: Tell = report_nothing) -> Any:
-    """March a program from its start to its end; a vehicle that meets its own marks lays them on the way."""
-    if hasattr(program, "program"):
-        return _kernel_module(program.program).march(program.program, tell, program.memory)
-    return _kernel_module(program).march(program, tell)
-
-
-def _dense_column_count(program: Program) -> int:
-    """Return how many columns the dense output of a program has."""
-    from wheeltapper.march.wheel import dense
-
-    return dense.ENDED_OUT_COLUMNS if program.damper_ends else dense.OUT_COLUMNS
-
-
-def sample(program: Program, found: March, times: FloatArray) -> FloatArray:
-    """Return the dense output at rising times (scaled); columns for a damper's own end follow where there is one."""
-    from wheeltapper.march.steps.written import scratch_for
-    from wheeltapper.march.wheel.dense import dense
-
-    out = np.empty((len(times), _dense_column_count(program)))
-    dense(found.pieces, program.numbers, program.law_or_none, found.steps, times, out, scratch_for(program))
-    return out
-
-
-def integrals(program: Program, found: March, nodes: int) -> tuple[FloatArray, FloatArray]:
-    """Return the energy's integrals of each step, (steps, INTEGRALS), and the dense output at its ends, (steps, 2, …).
-
-    Parameters
-    ----------
-    program, found
-        What was marched.
-    nodes
-        Of the Gauss rule in each step.
-    """
-    from wheeltapper.march.steps.written import scratch_for
-    from wheeltapper.march.wheel import dense
-
-    places, weights = np.polynomial.legendre.leggauss(nodes)
-    rule = 0.5 * (places + 1.0), 0.5 * weights
-    out, ends = (
-        np.zeros((len(found.steps), dense.INTEGRALS)),
-        np.zeros((len(found.steps), 2, _dense_column_count(program))),
-    )
-    dense.integrals(
-        found.pieces, program.numbers, program.law_or_none, found.steps, *rule, out, ends, scratch_for(program)
-    )
-    return out, ends
-
-
-def replay(program: Assembly, found: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
-    """Return states and rates (times, states) and some rows of the contacts (times, rows, lanes) at rising times."""
-    from wheeltapper.march.wagon import replay
-
-    return replay.replay(program, found, times, rows)
-
-
-def works(program: Assembly, found: MultibodyMarch, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
-    """Return each step's works (steps, POWERS_KEPT), impulses (steps, lanes), and elastic energies at its ends.
-
-    These are those of contacts and of nonlinear elements, (steps, 2) both. `damping` acts on the velocities of the
-    displacements at `places`; the last one is a deck's where there is one.
-    """
-    from wheeltapper.march.wagon import replay
-
-    return replay.works(program, found, damping, places)
-
-
-def balance(program: Program, pieces: FloatArray, steps: FloatArray, after: FloatArray, sums: FloatArray) -> None:
-    """Add what some steps, after which comes `after`, leave missing of the energy and exchange to `sums`."""
-    from wheeltapper.march.wheel import balance
-
-    balance.balance(program, pieces, steps, after, sums)
+def march(program: Any, tell: Tell = report_nothing, motion: FloatArray | None = None) -> Any:
+    """March a program to its end: from its start, or one wheel from a motion, that of the deck included."""
+    how = {} if motion is None else {"motion": motion}
+    return _kernel_module(program).march(program, tell, **how)
 
 
 def probe(assembly: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -412,110 +336,6 @@ def probe(assembly: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArra
     from wheeltapper.march.wagon import multibody
 
     return multibody.start_rates(assembly, states)
-
-
-def replay_rails(found: Marched, times: FloatArray) -> Replayed:
-    """Return everything but the track's modes at some times, s, of a general march."""
-    from wheeltapper.march.general.replay import replay
-
-    return replay(found.found, times)
-
-
-def modes_of_track(found: Marched, times: FloatArray, bends: bool = True, starts: Starts | None = None) -> Modes:
-    """Return the track's modes at some times, s, of a general march."""
-    from wheeltapper.march.general.replay import modes
-
-    return modes(found.found, times, bends, starts)
-
-
-def rails_below(program: OnRails, found: MultibodyMarch) -> RailsReplay:
-    """Return what tells what both rails below a wagon do over its march."""
-    from wheeltapper.march.wagon.rails.replay import RailsReplay
-
-    return RailsReplay(program, found)
-
-
-def starts_on_rails(found: Marched) -> Starts:
-    """Return what lets `modes_of_track` go on from one call to the next."""
-    from wheeltapper.march.general.replay import Starts, track_run
-
-    return Starts(track_run(found.found))
-
-
-def impulses_on_rails(found: Marched) -> FloatArray:
-    """Return the impulse of each contact in each span of a general march, (spans, contacts), N s."""
-    from wheeltapper.march.general.task import impulses_of
-
-    return impulses_of(found)
-
-
-def works_on_rails(found: Marched) -> Works:
-    """Return works and energies of a general march, J."""
-    from wheeltapper.march.general.integrals import works
-
-    return works(found.found, found.end)
-
-
-def contact_energies_on_rails(found: Marched) -> tuple[FloatArray, float]:
-    """Return the elastic energy of all contacts of a general march at both ends, and what their material took, J."""
-    from wheeltapper.march.general.contact_energy import contact_energies
-
-    return contact_energies(found.found, found.end)
-
-
-def rules_on_rails(found: Marched, steps: int) -> Iterator[Rule]:
-    """Return rules for integrals over a general march, one after the other in time, for some macro steps each."""
-    from wheeltapper.march.general.integrals import rules
-
-    return rules(found.found, found.end, steps)
-
-
-def jumps_on_rails(found: Marched) -> FloatArray:
-    """Return two times, s, one on either side of each jump of a contact's force in a general march, (jumps, 2)."""
-    from wheeltapper.march.general.integrals import jumps
-
-    return jumps(found.found, found.end)
-
-
-def extremes_on_rails(found: Marched) -> tuple[float, float]:
-    """Return the largest indentation of a general march, m, and its largest rate either way, m/s."""
-    from wheeltapper.march.general.integrals import extremes
-
-    return extremes(found.found, found.end)
-
-
-def rail_tangents(found: Marched, turns: list[SystemTurn]) -> RailTangents:
-    """Return the derivatives of a general march along some directions."""
-    from wheeltapper.march.general.gradients import tangents
-
-    return tangents(found.found, turns)
-
-
-def rail_impulse_rates(found: Marched, rates: RailTangents, contact: int) -> FloatArray:
-    """Return the derivatives of the impulses of a contact from each impact to the next loss, (impacts, directions)."""
-    from wheeltapper.march.general.gradients import impulse_rates
-
-    return impulse_rates(found.found, rates, contact)
-
-
-def pressed_on_rails(found: Marched, contact: int, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return how deep a wheel indents the surface as it is at rising places of its path, m; negative in no case.
-
-    Then follow what earlier wheels have left there, and what that surface bears.
-    """
-    from wheeltapper.march.general.replay import pressed, surface_along
-
-    system = found.found.prepared.system
-    wheel = system.contacts[contact]
-    indented, _ = pressed(found.found, contact, (places - wheel.start) / system.speed)
-    return np.maximum(indented, 0.0), *surface_along(wheel, places)
-
-
-def slopes_on_rails(found: Marched, contact: int, places: FloatArray) -> FloatArray:
-    """Return the slope of a wheel's path at places of it."""
-    from wheeltapper.march.general.replay import path_slopes
-
-    return path_slopes(found.found.prepared.system.contacts[contact], places)
 
 
 # -- many cells, and derivatives --------------------------------------------------------------------------------------
@@ -630,10 +450,3 @@ def growths(program: Program, state: FloatArray, change: FloatArray, waves: int)
     from wheeltapper.march.wheel import orbits
 
     return orbits.growths(program, state, change, waves)
-
-
-def march_from(program: Program, state: FloatArray) -> March:
-    """March a program from a given state, that of the deck included."""
-    from wheeltapper.march.wheel import single
-
-    return single.march(program, motion=state)

@@ -20,7 +20,7 @@ from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import Program
 
 if TYPE_CHECKING:
-    from wheeltapper.march.wheel.single import March
+    from wheeltapper.march.wheel.march import Marched as MarchedWheel
 
 FloatArray = NDArray[np.float64]
 
@@ -38,16 +38,14 @@ CHUNK = 100_000
 """Number of steps that are checked between two reports of progress, about a hundredth of a second of work."""
 
 
-def missing_part(program: Program, march: March) -> float:
+def missing_part(march: MarchedWheel) -> float:
     """Return the largest missing share of the exchanged energy at any time of a march; NaN if it is undefined."""
     from wheeltapper.march.wheel import balance
 
-    sums, steps = np.zeros(balance.SUMS), march.steps
-    for first in range(0, len(steps), CHUNK):
-        progress.report("checking the energy", first, len(steps))
-        after = first + CHUNK
-        last = steps[after] if after < len(steps) else march.state
-        run.balance(program, march.pieces, steps[first:after], last, sums)
+    sums = np.zeros(balance.SUMS)
+    for first in range(0, len(march.steps), CHUNK):
+        progress.report("checking the energy", first, len(march.steps))
+        march.add_balance(first, first + CHUNK, sums)
     exchanged = sums[balance.WORKED] + sums[balance.LARGEST_KINETIC] + sums[balance.LARGEST_ELASTIC] + AT_REST
     missing = sums[balance.LARGEST_MISSING] if np.isfinite(sums[balance.MISSING]) else np.nan
     return float(missing / exchanged)
@@ -55,7 +53,7 @@ def missing_part(program: Program, march: March) -> float:
 
 def missing_parts(programs: Iterable[Program]) -> FloatArray:
     """Return the largest missing share for each of some programs, which are marched for it."""
-    return np.array([missing_part(program, run.march(program)) for program in programs])
+    return np.array([missing_part(run.march(program)) for program in programs])
 
 
 def judged_balance(status: int, missing: float) -> tuple[int, tuple[Note, ...]]:

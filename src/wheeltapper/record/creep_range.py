@@ -12,7 +12,7 @@ from wheeltapper.lower.laws.patches import elastic_of, geometry_of, patch_tables
 from wheeltapper.lower.wagon import LoweredWagon
 from wheeltapper.march.common.program import EVENT_CONTACT, EVENT_KIND, EVENT_TIME, IMPACT
 from wheeltapper.march.wagon import assembly as asm
-from wheeltapper.march.wagon.multibody import MultibodyMarch
+from wheeltapper.march.wagon.march import Marched as MarchedWagon
 
 FloatArray = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ def spin_use(scenario: Scenario, friction: float, radius: float, shift: FloatArr
     return np.asarray(np.interp(shift, nodes, use))
 
 
-def beyond_spin(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[Note, ...]:
+def beyond_spin(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon) -> tuple[Note, ...]:
     """Return a note if spin leaves the range of the creep law, on the worst place only."""
     law = scenario.creep
     if law is None or law.spin_range is None:
@@ -59,11 +59,11 @@ def beyond_spin(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch
     return (Note(text, "spin", worst / limit),)
 
 
-def _step_times(march: MultibodyMarch) -> FloatArray:
+def _step_times(march: MarchedWagon) -> FloatArray:
     return np.append(march.steps[:, asm.STEP_TIME], march.end)
 
 
-def _tread_shift(lowered: LoweredWagon, march: MultibodyMarch, body: str, radius: float) -> FloatArray:
+def _tread_shift(lowered: LoweredWagon, march: MarchedWagon, body: str, radius: float) -> FloatArray:
     """Return the shift of a wheelset's treads to the left, m, at the beginnings of all steps and at the end."""
     motions, places = lowered.layout.motions, lowered.layout.displacement_places
     states = np.vstack([march.states, march.state])
@@ -74,7 +74,7 @@ def _tread_shift(lowered: LoweredWagon, march: MultibodyMarch, body: str, radius
     return np.asarray(np.zeros(len(states)) + y + radius * roll)
 
 
-def _first_on_flange(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> float | None:
+def _first_on_flange(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon) -> float | None:
     """Return the time of the first impact of a flange, s; None without one."""
     if not isinstance(scenario.profiles, WheelRail):
         return None

@@ -13,7 +13,6 @@ from wheeltapper.describe.vehicle.plane import end_name
 from wheeltapper.ground.needs import OWN_LAW, YIELDING
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.on_rails import DECK, LoweredOnRails, lower_on_rails
-from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.telling import GENERAL_CHUNK
 from wheeltapper.march.general.layout import ROW_COLUMNS
@@ -62,7 +61,7 @@ def _beyond(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tupl
         return yielded.beyond_law_on_rails(scenario, lowered, march)
     if OWN_LAW not in scenario.needs:
         return ()
-    return beyond_table(scenario.contact, *run.extremes_on_rails(march))
+    return beyond_table(scenario.contact, *march.extremes())
 
 
 def _contacts(scenario: Scenario, lowered: LoweredOnRails) -> Contacts:
@@ -81,10 +80,10 @@ def _seat_events(scenario: Scenario, lowered: LoweredOnRails, march: Marched) ->
 
 
 def _sample(scenario: Scenario, lowered: LoweredOnRails, march: Marched, times: FloatArray) -> Variables:
-    found = run.replay_rails(march, times)
+    found = march.at(times)
     wheels = len(lowered.plane.wheelsets)
     along, touching = ("time",), ("time", "contact")
-    sinking = march.found.prepared.start.offsets[:wheels]  # below the height of first touch
+    sinking = march.sinking[:wheels]  # below the height of first touch
     motions = (-found.displacement, -found.velocity, -found.acceleration)
     out: Variables = {
         name: (touching, values[:, :wheels] - (sinking if name == WHEELSET[0] else 0.0))
@@ -96,7 +95,7 @@ def _sample(scenario: Scenario, lowered: LoweredOnRails, march: Marched, times: 
         "constraint": (touching, found.path[:, :wheels]),
     }
     if YIELDING in scenario.needs:
-        contacts = march.found.prepared.system.wheels
+        contacts = march.system.wheels
         left = [
             yielded.permanent_on_rails(one, found.indentation[:, i], one.start + float(scenario.speed) * times)
             for i, one in enumerate(contacts)
@@ -123,12 +122,12 @@ def _integrate(
 ) -> tuple[FloatArray, Callable[[], xr.Dataset]]:
     from wheeltapper.record.energies.energy_on_rails import balance
 
-    return run.impulses_on_rails(march) * lowered.force, lambda: balance(scenario, lowered, march)
+    return march.impulses() * lowered.force, lambda: balance(scenario, lowered, march)
 
 
 def _missing_part(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> float:
     """Return zero of a run in numbers: no part is accepted unsolved, and the balance takes longer than the run."""
-    return 0.0 if np.isfinite(march.found.logs.moments).all() else np.nan
+    return 0.0 if march.is_solved else np.nan
 
 
 ON_RAILS = Kind(

@@ -11,14 +11,13 @@ from wheeltapper.describe.contact.law import Law
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.laws.own_law import FASTEST
-from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.wheel_rows import DELTA_RATE, ROW_DELTA
 
 if TYPE_CHECKING:
     from wheeltapper.lower.wagon import LoweredWagon
-    from wheeltapper.march.wagon.multibody import MultibodyMarch
+    from wheeltapper.march.wagon.march import Marched as MarchedWagon
 
 FloatArray = NDArray[np.float64]
 DEPTHS, RATES = np.linspace(0.0, 1.0, 257)[1:] ** 2, np.linspace(-1.0, 1.0, 9)
@@ -76,7 +75,7 @@ def beyond_table(law: Law, deepest: float, fastest: float) -> tuple[Note, ...]:
     return tuple(Note(text, "own law", ratio, doubtful=True) for text, ratio in gone if ratio > 1.0)
 
 
-def beyond_table_of_wagon(law: Law, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[Note, ...]:
+def beyond_table_of_wagon(law: Law, lowered: LoweredWagon, march: MarchedWagon) -> tuple[Note, ...]:
     """Return the same of a wagon: from its events, where it is fastest, and its maxima of forces and what follows.
 
     Damped contacts are deepest a little later.
@@ -84,7 +83,7 @@ def beyond_table_of_wagon(law: Law, lowered: LoweredWagon, march: MultibodyMarch
     A, peaks = lowered.assembly, march.peaks[:, [contract.PEAK_TIME]]
     behind = (peaks + A.numbers[asm.PULSE] * BEHIND[: len(BEHIND) if law.takes_rate else 1]).ravel()
     times = np.concatenate([[0.0], behind[behind <= march.end], march.events[:, contract.EVENT_TIME]])
-    _, _, found = run.replay(A, march, np.unique(times), np.array([ROW_DELTA, DELTA_RATE]))
+    _, _, found = march.at(A, np.unique(times), np.array([ROW_DELTA, DELTA_RATE]))
     treads = np.flatnonzero(A.lanes[: int(A.numbers[asm.TREADS]), asm.SIDE].ravel())
     delta, rate = np.moveaxis(found[:, :, treads], 1, 0)
     fastest = np.abs(rate[delta >= 0.0]).max(initial=0.0)

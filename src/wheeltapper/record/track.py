@@ -229,8 +229,8 @@ def _below_plane(record: Record) -> _Ridden:
     system = lowered.program.system
 
     def at(times: FloatArray) -> list[RailAt]:
-        shown = run.replay_rails(record._march, times)
-        found = run.modes_of_track(record._march, times)
+        shown = record._march.at(times)
+        found = record._march.modes(times)
         return [RailAt(found, shown.force, shown.force_rate, shown.force_bend)]
 
     ways, ports = ((section_of(record.scenario.track), lowered.modes),), system.ports
@@ -252,7 +252,7 @@ def _below_wagon(record: Record) -> _Ridden:
     arms = [np.ones(below.track.over_voids), arms_of(record.scenario, reach.bays)]
     return _Ridden(
         ways, anomalies, float(track.first_sleeper), places.tolist(), residuals, arms,
-        run.rails_below(below, record._march).at, SIDES[:2],
+        record._march.rails_below(below).at, SIDES[:2],
     )  # fmt: skip
 
 

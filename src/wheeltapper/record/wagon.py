@@ -29,7 +29,6 @@ from wheeltapper.lower.wagon import (
     lower_wagon,
     started,
 )
-from wheeltapper.march import run
 from wheeltapper.march.common import program, telling
 from wheeltapper.march.common.law_columns import (
     PIECE_STRETCH,
@@ -42,7 +41,7 @@ from wheeltapper.march.common.law_columns import (
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import wheel_rows
 from wheeltapper.march.wagon.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
-from wheeltapper.march.wagon.multibody import MultibodyMarch
+from wheeltapper.march.wagon.march import Marched as MarchedWagon
 from wheeltapper.record import balanced, creep_range, extent, own_law, yielded
 from wheeltapper.record.contacts import SIDES, Contacts
 from wheeltapper.record.elements import suspension
@@ -108,7 +107,7 @@ def _contacts(scenario: Scenario, lowered: LoweredWagon) -> Contacts:
     )  # fmt: skip
 
 
-def _beyond(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[Note, ...]:
+def _beyond(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon) -> tuple[Note, ...]:
     """Return notes where a run went beyond its creep law, beyond a plastic law, or the table of a law of one's own."""
     notes = creep_range.beyond_spin(scenario, lowered, march)
     if YIELDING in scenario.needs:
@@ -118,12 +117,12 @@ def _beyond(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) ->
     return notes
 
 
-def _free(contacts: Contacts, march: MultibodyMarch) -> NDArray[np.bool_]:
+def _free(contacts: Contacts, march: MarchedWagon) -> NDArray[np.bool_]:
     closed = march.steps[:, [asm.STEP_CLOSED]]
     return np.asarray(np.floor(closed / 2.0**contacts.lanes) % 2.0 == 0.0)
 
 
-def _seat_events(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> dict[str, NDArray[Any]] | None:
+def _seat_events(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon) -> dict[str, NDArray[Any]] | None:
     """Return where voids below the halves of sleepers close and open."""
     A = lowered.assembly
     if not len(A.voids):
@@ -135,9 +134,9 @@ def _seat_events(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarc
     return found | {"side": np.array(SIDES)[side]}
 
 
-def _sample(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch, times: FloatArray) -> Variables:
+def _sample(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon, times: FloatArray) -> Variables:
     rows = np.array(list(ROWS.values()), dtype=np.int64)
-    states, rates, found = run.replay(lowered.assembly, march, times, rows)
+    states, rates, found = march.at(lowered.assembly, times, rows)
     found = np.moveaxis(found[:, :, _contacts(scenario, lowered).lanes], 1, 0)
     rows_of = dict(zip(ROWS, found, strict=True))
     touching = _wheel_variables(scenario, rows_of)
@@ -213,7 +212,7 @@ def _t_gamma(on: dict[str, FloatArray], over_speed: float) -> tuple[FloatArray, 
     return spin - touches * (on["fx"] * on["slip_x"] + on["fy"] * on["slip_y"]), spin
 
 
-def _element_events(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> xr.Dataset:
+def _element_events(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon) -> xr.Dataset:
     """Return where dry friction sticks and slides; extension is where its first end goes forth on its direction."""
     sliders = lowered.structure.sliders
     if not sliders:
@@ -233,14 +232,14 @@ def _element_events(scenario: Scenario, lowered: LoweredWagon, march: MultibodyM
 
 
 def _integrate(
-    scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch
+    scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon
 ) -> tuple[FloatArray, Callable[[], xr.Dataset]]:
     works = wagon_energy.works(lowered, march, scenario)
     impulses = works[1][:, _contacts(scenario, lowered).lanes]
     return impulses, lambda: wagon_energy.balance(lowered, march, works, scenario)
 
 
-def _tables(lowered: LoweredWagon, march: MultibodyMarch) -> tuple[dict[str, Any], dict[str, Any]]:
+def _tables(lowered: LoweredWagon, march: MarchedWagon) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the tables and attributes of a file that contain the assembly and the states."""
     parts = march.paved(lowered.assembly)._asdict()
     out = {
@@ -263,7 +262,7 @@ def _tables(lowered: LoweredWagon, march: MultibodyMarch) -> tuple[dict[str, Any
     return out, attributes
 
 
-def _read(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredWagon, MultibodyMarch]:
+def _read(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredWagon, MarchedWagon]:
     """Return the assembly and the march from a file's contents; refuse contents that no march can have written."""
     structure = structure_of(scenario.vehicle)
     layout = layout_of(scenario, structure)
@@ -458,7 +457,7 @@ def _check_elements(A: Assembly, own: int) -> None:
         check("assembly, corners", places, bool(far), f"rising corners from below -{LARGEST:g} to above {LARGEST:g}")
 
 
-def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario, voids: tuple[Void, ...]) -> MultibodyMarch:
+def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario, voids: tuple[Void, ...]) -> MarchedWagon:
     """Return the march."""
     status = stored.status_of(data)
     end = stored.stored_attribute(data, "end", float)
@@ -504,7 +503,7 @@ def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario, voids: tuple[Vo
     latest = program.YIELD if A.stretch_columns else program.IMPACT
     check_whole("march_events", events[:, program.EVENT_KIND], program.LOSS, latest)
     evaluations = stored.stored_attribute(data, "evaluations", int)
-    return MultibodyMarch(status, steps, states, events, peaks, end, state, evaluations, seat_events=seated)
+    return MarchedWagon(status, steps, states, events, peaks, end, state, evaluations, seat_events=seated)
 
 
 WAGON = Kind(

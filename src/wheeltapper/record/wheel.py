@@ -13,7 +13,6 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import YIELDING
 from wheeltapper.lower.build import Lowered, lower
 from wheeltapper.lower.paths.table import PathTable
-from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common import telling
 from wheeltapper.march.common.program import Program
@@ -27,7 +26,7 @@ from wheeltapper.record.kinds import Kind, Variables
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wheeltapper.march.wheel.single import March
+    from wheeltapper.march.wheel.march import Marched as MarchedWheel
 
 FloatArray = NDArray[np.float64]
 KEPT = contract.DAMPER_DAMPING
@@ -47,11 +46,11 @@ def _teller(scenario: Scenario, lowered: Lowered) -> Callable[[float], bool]:
     return extent.progress_function("marching", lowered.time, scenario.duration, telling.CHUNK, extent.ROW_BYTES)
 
 
-def _sample(scenario: Scenario, lowered: Lowered, march: March, times: FloatArray) -> Variables:
+def _sample(scenario: Scenario, lowered: Lowered, march: MarchedWheel, times: FloatArray) -> Variables:
     """Return all variables: those that every wheel has, then those of a law, a deck and a damper's own end."""
     from wheeltapper.march.wheel import dense
 
-    rows = run.sample(lowered.program, march, times / lowered.time)
+    rows = march.at(times / lowered.time)
     length, force = lowered.length, lowered.force
     speed, acceleration = length / lowered.time, length / lowered.time**2
     along, touching = ("time",), ("time", "contact")
@@ -75,12 +74,14 @@ def _sample(scenario: Scenario, lowered: Lowered, march: March, times: FloatArra
     return out
 
 
-def _integrate(scenario: Scenario, lowered: Lowered, march: March) -> tuple[FloatArray, Callable[[], xr.Dataset]]:
+def _integrate(
+    scenario: Scenario, lowered: Lowered, march: MarchedWheel
+) -> tuple[FloatArray, Callable[[], xr.Dataset]]:
     found = energy.integrate(lowered, march)
     return found.impulse[:, None] * lowered.force * lowered.time, lambda: energy.balance(lowered, found)
 
 
-def _tables(lowered: Lowered, march: March) -> tuple[dict[str, Any], dict[str, Any]]:
+def _tables(lowered: Lowered, march: MarchedWheel) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the tables and attributes of a file that contain the program."""
     program = lowered.program
     units = [lowered.length, lowered.time, lowered.force, lowered.static_force, lowered.contact_constant]
@@ -97,7 +98,7 @@ def _tables(lowered: Lowered, march: March) -> tuple[dict[str, Any], dict[str, A
     return out, {"loop": [lowered.table.loop, lowered.table.loop_join]}
 
 
-def _read(scenario: Scenario, data: xr.Dataset) -> tuple[Lowered, March]:
+def _read(scenario: Scenario, data: xr.Dataset) -> tuple[Lowered, MarchedWheel]:
     """Return the program and the march from a file's contents; refuse contents that no march can have written."""
     program, loop, join = _program_of(data)
     if len(program.law) and YIELDING not in scenario.needs:
@@ -150,8 +151,8 @@ def _loop(data: xr.Dataset, count: int) -> tuple[int, int]:
     return int(loop), int(join)
 
 
-def _march_of(data: xr.Dataset, program: Program) -> March:
-    from wheeltapper.march.wheel.single import March
+def _march_of(data: xr.Dataset, program: Program) -> MarchedWheel:
+    from wheeltapper.march.wheel.march import Marched as MarchedWheel
 
     status = stored.status_of(data)
     width = contract.ENDED_COLUMNS if program.damper_ends else contract.STEP_COLUMNS
@@ -175,7 +176,7 @@ def _march_of(data: xr.Dataset, program: Program) -> March:
     check_whole("march_events", events[:, contract.EVENT_KIND], contract.LOSS, contract.YIELD)
     peaks = table(data, "march_peaks", None, (contract.PEAK_COLUMNS - 1, contract.PEAK_COLUMNS))
     stored.rising("march_peaks", peaks[:, contract.PEAK_TIME], end)
-    return March(status, steps, events, peaks, state, stops, program.pieces)
+    return MarchedWheel(status, steps, events, peaks, state, stops, program.pieces, program)
 
 
 WHEEL = Kind(
@@ -184,7 +185,7 @@ WHEEL = Kind(
     lower=_lower,
     teller=_teller,
     beyond=yielded.beyond_law,
-    missing_part=lambda scenario, lowered, march: balanced.missing_part(lowered.program, march),
+    missing_part=lambda scenario, lowered, march: balanced.missing_part(march),
     contacts=lambda scenario, lowered: Contacts(
         np.array([lowered.static_force]), np.zeros(1), np.zeros(1, dtype=np.int64), sides=1
     ),

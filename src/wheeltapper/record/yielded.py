@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from wheeltapper.lower.wagon import LoweredWagon
     from wheeltapper.march.general.task import Marched
     from wheeltapper.march.wagon.assembly import Assembly
-    from wheeltapper.march.wagon.multibody import MultibodyMarch
-    from wheeltapper.march.wheel.single import March
+    from wheeltapper.march.wagon.march import Marched as MarchedWagon
+    from wheeltapper.march.wheel.march import Marched as MarchedWheel
 
 FloatArray = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ def permanent_on_rails(contact: Contact, delta: FloatArray, x: FloatArray) -> Fl
     return np.asarray(np.maximum(left_after(contact.law.table, depth / onset) * onset, before))
 
 
-def beyond_law(scenario: Scenario, lowered: Lowered, march: March) -> tuple[Note, ...]:
+def beyond_law(scenario: Scenario, lowered: Lowered, march: MarchedWheel) -> tuple[Note, ...]:
     """Return what the user should know of a march whose contact force goes beyond what the law was stated for."""
     return beyond_force(
         scenario.contact, lowered, float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * lowered.force
@@ -92,7 +92,7 @@ def permanent_of_wagon(assembly: Assembly, delta: FloatArray, left: FloatArray) 
     return np.asarray(np.maximum(left_after(assembly.law, depth / onset) * onset, left))
 
 
-def beyond_law_of_wagon(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[Note, ...]:
+def beyond_law_of_wagon(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon) -> tuple[Note, ...]:
     """Return the same of the march of a wagon; its forces are those of wheelsets, as if both wheels pressed alike."""
     treads = march.peaks[:, contract.PEAK_CONTACT] < lowered.assembly.numbers[asm.TREADS] * asm.LANES
     reached = 2.0 * float(march.peaks[treads, contract.PEAK_FORCE].max(initial=0.0))

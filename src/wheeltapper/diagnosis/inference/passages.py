@@ -21,7 +21,7 @@ from wheeltapper.march.common.program import Program
 if TYPE_CHECKING:
     from wheeltapper.march.wheel.ensemble import Cells
     from wheeltapper.march.wheel.gradients import CellTangents
-    from wheeltapper.march.wheel.single import March
+    from wheeltapper.march.wheel.march import Marched as MarchedWheel
 
 FloatArray = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ class Passages:
         self.many = LoweredCells(scenario, held | {"speed": speeds})
 
     @cached_property
-    def marches(self) -> list[March]:
+    def marches(self) -> list[MarchedWheel]:
         """The marches, one for each speed."""
         return [run.march(self.many.program(i)) for i in range(len(self.speeds))]
 

@@ -23,7 +23,6 @@ from wheeltapper.lower.laws.plastic import stored_below, stretched_rows, virgin_
 from wheeltapper.lower.marks.marks import SAMPLES, MarkedPath, Surface
 from wheeltapper.lower.marks.rail_memory import RailMemory
 from wheeltapper.lower.paths.table import PathTable
-from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.law_columns import PLASTIC_CONSTANT, PLASTIC_FIRST, PLASTIC_ONSET, PLASTIC_PIECES
 from wheeltapper.march.common.program import FloatArray
@@ -33,7 +32,7 @@ from wheeltapper.march.wagon.assembly import HALF, LANES, Assembly
 from wheeltapper.march.wagon.remembering import Paths
 
 if TYPE_CHECKING:
-    from wheeltapper.march.wagon.multibody import MultibodyMarch
+    from wheeltapper.march.wagon.march import Marched as MarchedWagon
 
 SIDES = ("left", "right")
 SCALED = Note(
@@ -133,7 +132,7 @@ class WagonMarking:
         self._memory = memory
         self.sides = tuple(rail.begin() for rail in memory.rails)
 
-    def press(self, assembly: Assembly, found: MultibodyMarch, everywhere: bool = False) -> None:
+    def press(self, assembly: Assembly, found: MarchedWagon, everywhere: bool = False) -> None:
         """Take what the wheels of a march have pressed since the last time.
 
         Where a wheel presses elastically it leaves nothing: how deep it presses there, and with which force, is only
@@ -171,7 +170,7 @@ def lane_of(wheelset: int, side: int) -> int:
     return wheelset // HALF * LANES + side * HALF + wheelset % HALF
 
 
-def yields_at(assembly: Assembly, found: MultibodyMarch, times: FloatArray, lane: int) -> NDArray[np.bool_]:
+def yields_at(assembly: Assembly, found: MarchedWagon, times: FloatArray, lane: int) -> NDArray[np.bool_]:
     """Return whether a tread yields at some times of a march, by its steps."""
     steps = found.steps
     row = np.clip(np.searchsorted(steps[:, asm.STEP_TIME], times, side="right") - 1, 0, None)
@@ -187,14 +186,16 @@ def path_of(assembly: Assembly, lane: int) -> PathTable:
     return PathTable(rows, loop - first, int(columns[asm.PATH_LOOP_JOIN]))
 
 
-def read_contacts(assembly: Assembly, found: MultibodyMarch, times: FloatArray) -> FloatArray:
+def read_contacts(assembly: Assembly, found: MarchedWagon, times: FloatArray) -> FloatArray:
     """Return ROWS of all contacts at some times of a march, (times, rows, lanes)."""
+    from wheeltapper.march.wagon.march import Marched
+
     if not len(times):
         return np.zeros((0, len(ROWS), assembly.kinds.size * LANES))
     steps = found.steps
     first = max(int(np.searchsorted(steps[:, asm.STEP_TIME], times[0], side="right")) - 1, 0)
     some = found._replace(steps=steps[first:], states=found.states[first:])
-    return run.replay(assembly, some, times, ROWS)[2]
+    return Marched(*some).at(assembly, times, ROWS)[2]
 
 
 def laid_paths(memory: WagonRails, laid: list[list[FloatArray]]) -> Paths:

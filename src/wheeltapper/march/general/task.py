@@ -1,8 +1,9 @@
-"""The general march of a task, and what comes of it in the columns that all records share."""
+"""The general march of a task, and what can be asked of it, in the columns that all records share."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +11,14 @@ from numpy.typing import NDArray
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.common.telling import Tell, report_nothing
-from wheeltapper.march.general import march as general
-from wheeltapper.march.general.contract import Task
-from wheeltapper.march.general.integrals import impulses
-from wheeltapper.march.general.march import Found
+from wheeltapper.march.general import contract as general
+from wheeltapper.march.general import integrals, replay
+from wheeltapper.march.general.contract import Marking, Task
+from wheeltapper.march.general.march import Found, march_task
+
+if TYPE_CHECKING:
+    from wheeltapper.march.general.gradients import Tangents
+    from wheeltapper.march.general.turned import SystemTurn
 
 SPAN_BEGIN, SPAN_LENGTH = range(2)
 """Columns of the rows of `Marched.steps`."""
@@ -54,10 +59,113 @@ class Marched(NamedTuple):
         """The bodies' state at the start of the last macro step."""
         return self.found.logs.bodies[-1]
 
+    @property
+    def system(self) -> general.System:
+        """What was marched."""
+        return self.found.prepared.system
+
+    @property
+    def static_indentation(self) -> float:
+        """δ0, the unit of length of the march, m."""
+        return self.found.prepared.units.length
+
+    @property
+    def start(self) -> FloatArray:
+        """The bodies' state at time zero: displacements, then velocities."""
+        return self.found.prepared.start.bodies
+
+    @property
+    def sinking(self) -> FloatArray:
+        """Of the bodies at each contact from first touch to rest, m."""
+        return self.found.sinking
+
+    @property
+    def changes(self) -> FloatArray:
+        """When any contact comes to other bodies, s."""
+        return self.found.changes
+
+    def changes_of(self, contact: int) -> FloatArray:
+        """Return when a contact comes to other bodies, s."""
+        return self.found.changes_of(contact)
+
+    @property
+    def is_solved(self) -> bool:
+        """Whether no part was left unsolved."""
+        return bool(np.isfinite(self.found.logs.moments).all())
+
+    def at(self, times: FloatArray) -> replay.Replayed:
+        """Return everything but the track's modes at some times, s."""
+        return replay.replay(self.found, times)
+
+    def modes(self, times: FloatArray, bends: bool = True, starts: replay.Starts | None = None) -> replay.Modes:
+        """Return the track's modes at some times, s; `starts` lets one call go on from where another ended."""
+        return replay.modes(self.found, times, bends, starts)
+
+    def starts(self) -> replay.Starts:
+        """Return what lets `modes` go on from one call to the next."""
+        return replay.Starts(replay.track_run(self.found))
+
+    def pressed(self, contact: int, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return how deep a wheel indents the surface as it is at rising places of its path, m; negative in no case.
+
+        Then follow what earlier wheels have left there, and what that surface bears.
+        """
+        wheel = self.system.contacts[contact]
+        indented, _ = replay.pressed(self.found, contact, (places - wheel.start) / self.system.speed)
+        return np.maximum(indented, 0.0), *replay.surface_along(wheel, places)
+
+    def path_slopes(self, contact: int, places: FloatArray) -> FloatArray:
+        """Return the slope of a wheel's path at places of it."""
+        return replay.path_slopes(self.system.contacts[contact], places)
+
+    def lay(self, marking: Marking) -> None:
+        """Let a memory of rails take what the wheels have done."""
+        marking.press(self.found)
+
+    def impulses(self) -> FloatArray:
+        """Return the impulse of each contact in each span, (spans, contacts), N s."""
+        begins = self.steps[:, SPAN_BEGIN]
+        contacts = range(self.free.shape[1])
+        return np.stack([integrals.impulses(self.found, one, begins, self.end) for one in contacts], axis=1)
+
+    def works(self) -> integrals.Works:
+        """Return works and energies, J."""
+        return integrals.works(self.found, self.end)
+
+    def contact_energies(self) -> tuple[FloatArray, float]:
+        """Return the elastic energy of all contacts at both ends, and what their material took, J."""
+        from wheeltapper.march.general.contact_energy import contact_energies
+
+        return contact_energies(self.found, self.end)
+
+    def rules(self, steps: int) -> Iterator[integrals.Rule]:
+        """Return rules for integrals over the march, one after the other in time, for some macro steps each."""
+        return integrals.rules(self.found, self.end, steps)
+
+    def jumps(self) -> FloatArray:
+        """Return two times, s, one on either side of each jump of a contact's force, (jumps, 2)."""
+        return integrals.jumps(self.found, self.end)
+
+    def extremes(self) -> tuple[float, float]:
+        """Return the largest indentation, m, and its largest rate either way, m/s."""
+        return integrals.extremes(self.found, self.end)
+
+    def tangents(self, turns: list[SystemTurn]) -> Tangents:
+        """Return the derivatives along some directions."""
+        from wheeltapper.march.general.gradients import tangents
+
+        return tangents(self.found, turns)
+
+    def impulse_rates(self, rates: Tangents, contact: int) -> FloatArray:
+        """Return the derivatives of a contact's impulses from each impact to the next loss, (impacts, directions)."""
+        from wheeltapper.march.general.gradients import impulse_rates
+
+        return impulse_rates(self.found, rates, contact)
+
 
 def march(task: Task, tell: Tell = report_nothing) -> Marched:
     """March a task."""
-    return marched_of(task, general.march_task(task, tell))
+    return marched_of(task, march_task(task, tell))
 
 
 def marched_of(task: Task, found: Found) -> Marched:
@@ -84,10 +192,3 @@ def _free(events: FloatArray, contact: int) -> NDArray[np.bool_]:
     changes[own + 1] = np.where(losses, 1, -1)
     changes[0] = len(own) > 0 and not losses[0]
     return np.cumsum(changes) > 0
-
-
-def impulses_of(found: Marched) -> FloatArray:
-    """Return the impulse of each contact in each span, (spans, contacts), N s."""
-    contacts = range(found.free.shape[1])
-    begins = found.steps[:, SPAN_BEGIN]
-    return np.stack([impulses(found.found, contact, begins, found.end) for contact in contacts], axis=1)

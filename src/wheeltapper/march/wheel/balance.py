@@ -25,7 +25,6 @@ from wheeltapper.march.steps.calling import call_eight
 from wheeltapper.march.steps.lane_rows import LANES
 from wheeltapper.march.steps.layout import SCRATCH
 from wheeltapper.march.steps.series import localise, rail_at
-from wheeltapper.march.steps.written import functions_of_energy
 from wheeltapper.march.wheel.apart import numbers_to_row, path_to_row
 from wheeltapper.march.wheel.events import is_contact_phase, is_free, wheel_motion
 
@@ -178,11 +177,3 @@ def balance_kernel(
         _write_end_state(pieces, numbers, step, steps[i] if i < len(steps) else last, S, end)
         _put_model(numbers, pieces[int(step[PIECE])], law, step, row, L)
         _add_steps(steps[first:i], end, made[_kind_of(step[PHASE])], L, sums)
-
-
-def balance(
-    program: contract.Program, pieces: FloatArray, steps: FloatArray, after: FloatArray, sums: FloatArray
-) -> None:
-    """Add what some steps, after which comes `after`, leave missing and exchange to `sums` (SUMS,)."""
-    made = functions_of_energy(len(program.law) > 0)
-    balance_kernel(pieces, program.numbers, program.law, steps, after, sums, made)

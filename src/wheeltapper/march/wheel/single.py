@@ -347,6 +347,7 @@ class March(NamedTuple):
     state: FloatArray  # the last one, as a row of steps without a length
     stops: FloatArray  # (events of the damper's end, STOP_COLUMNS)
     pieces: FloatArray  # those of the program, and behind them what yielding contacts have left on a spot
+    program: contract.Program
 
 
 class _Tables(NamedTuple):
@@ -407,4 +408,4 @@ def march(
     used[-1] = max(used[-1], len(program.pieces))
     steps, events, peaks, stops, pieces = (table[:rows] for table, rows in zip(tables, used, strict=True))
     state = work[STATE : STATE + tables.steps.shape[1]].copy()
-    return March(status, steps, events, peaks, state, stops, pieces)
+    return March(status, steps, events, peaks, state, stops, pieces, program)

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.vehicle.plane import end_name
 from wheeltapper.lower.on_rails import LoweredOnRails, Stop
-from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.general.replay import Replayed
 from wheeltapper.march.general.task import Marched
@@ -54,7 +53,7 @@ def damper_motion(
     `found` is what is replayed at the times, which rise. A damper without an end of its own has NaN for its end.
     """
     wheelsets, freedoms = lowered.plane.wheelsets, lowered.plane.freedoms
-    sinking = march.found.sinking
+    sinking = march.sinking
     place, force = np.full((2, len(times), len(wheelsets)), np.nan)
     for i, wheelset in enumerate(wheelsets):
         begun = float(wheelset.damper_play * wheelset.damper_play_start)
@@ -84,7 +83,7 @@ def _resting_end(lowered: LoweredOnRails, march: Marched, stop: Stop, times: Flo
     met, of = stops_met(lowered, march)
     met = met[of == stop.wheelset]
     moments = np.append(0.0, met[:, contract.STOP_TIME])
-    then = -run.replay_rails(march, moments).displacement[:, stop.wheelset]
+    then = -march.at(moments).displacement[:, stop.wheelset]
     rests = then - np.append(-gap * wheelset.damper_play_start, met[:, contract.STOP_SIDE] * gap)
     held = np.append(False, met[:, contract.STOP_KIND] == contract.REACHED)
     side = np.append(0.0, met[:, contract.STOP_SIDE])

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.on_rails import LoweredOnRails
-from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.general.replay import Replayed
 from wheeltapper.march.general.task import Marched
@@ -79,7 +78,7 @@ def element_energies(lowered: LoweredOnRails, march: Marched, taken: FloatArray)
     """
     elements, first = lowered.plane.elements, first_element(lowered)
     springs = dampers = friction = 0.0
-    ends = run.replay_rails(march, np.array([march.end])).force[0, first:] if elements else ()
+    ends = march.at(np.array([march.end])).force[0, first:] if elements else ()
     for element, work, force in zip(elements, taken[first:].tolist(), ends, strict=True):
         if element.slider[0]:
             stored = 0.5 * float(force) ** 2 * lowered.force / element.slider[1]

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.lower.build import Lowered
-from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.record import yielded
 from wheeltapper.record.elements import damper
@@ -22,7 +21,7 @@ from wheeltapper.record.elements import damper
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wheeltapper.march.wheel.single import March
+    from wheeltapper.march.wheel.march import Marched as MarchedWheel
 
 FloatArray = NDArray[np.float64]
 NODES = 24
@@ -46,11 +45,11 @@ class Integrals:
         return np.asarray(self.columns[:, IMPULSE])
 
 
-def integrate(lowered: Lowered, march: March) -> Integrals:
+def integrate(lowered: Lowered, march: MarchedWheel) -> Integrals:
     """Integrate over every step of a march."""
     from wheeltapper.march.wheel import dense
 
-    columns, ends = run.integrals(lowered.program, march, NODES)
+    columns, ends = march.integrals(NODES)
     elastic = _elastic_energy(lowered, march, ends)
     yields = march.steps[:, contract.PHASE] >= contract.YIELDING
     if np.any(yields):
@@ -61,7 +60,7 @@ def integrate(lowered: Lowered, march: March) -> Integrals:
     return Integrals(columns, ends, elastic, march.steps[:, contract.ON_DECK] != 0.0)
 
 
-def _elastic_energy(lowered: Lowered, march: March, ends: FloatArray) -> FloatArray:
+def _elastic_energy(lowered: Lowered, march: MarchedWheel, ends: FloatArray) -> FloatArray:
     from wheeltapper.march.wheel import dense
 
     numbers, steps = lowered.program.numbers, march.steps
@@ -73,7 +72,7 @@ def _elastic_energy(lowered: Lowered, march: March, ends: FloatArray) -> FloatAr
     return np.asarray(law * _step_factors(lowered, march))
 
 
-def _step_factors(lowered: Lowered, march: March) -> FloatArray:
+def _step_factors(lowered: Lowered, march: MarchedWheel) -> FloatArray:
     """Return the factor on the contact force at both ends of each step, from the piece of that step."""
     rows = march.pieces[march.steps[:, contract.PIECE].astype(int)]
     if np.all(rows[:, contract.FACTOR_DEGREE] < 0):

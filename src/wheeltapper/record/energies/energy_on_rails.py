@@ -9,7 +9,6 @@ import numpy as np
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.on_rails import DECK, LoweredOnRails
 from wheeltapper.lower.track.section import section_of
-from wheeltapper.march import run
 from wheeltapper.record.elements.dampers_on_rails import first_stop
 from wheeltapper.record.elements.elements_on_rails import element_energies, first_element
 from wheeltapper.record.energies.track import track_works
@@ -30,9 +29,9 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
     """
     from wheeltapper.record.energies.terms import energies
 
-    found, rails = run.works_on_rails(march), lowered.force
+    found, rails = march.works(), lowered.force
     kinetic, elastic = found.ends[1] - found.ends[0]
-    stored, material = run.contact_energies_on_rails(march)
+    stored, material = march.contact_energies()
     in_contacts = float(stored[1] - stored[0])
     wheels = len(lowered.program.system.wheels)
     taken, path, contact = (float(one[:wheels].sum()) for one in (found.bodies, found.path, found.contact))
@@ -69,6 +68,6 @@ def _held_by_guides(lowered: LoweredOnRails, march: Marched) -> float:
     Displacements count from the static state; of springs that are stretched there the march leaves these forces out,
     as it does of the loads that they bear.
     """
-    moved = np.diff(run.replay_rails(march, np.array([0.0, march.end])).displacement, axis=0)[0]
+    moved = np.diff(march.at(np.array([0.0, march.end])).displacement, axis=0)[0]
     weights = [wheelset.weight for wheelset in lowered.plane.wheelsets]
     return float((np.array(weights) - lowered.static_force) @ moved[: len(weights)] / lowered.force)

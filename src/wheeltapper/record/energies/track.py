@@ -24,7 +24,6 @@ from wheeltapper.lower.track.works import (
     read,
     stored_by,
 )
-from wheeltapper.march import run
 from wheeltapper.march.general.replay import Starts
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.task import Marched
@@ -95,8 +94,8 @@ def track_works(section: Section, lowered: LoweredOnRails, march: Marched) -> Tr
     assert lowered.modes is not None
     ring = lowered.modes.ring
     known = products_of(section, ring.bays * ring.seats, lowered.modes.cutoff)
-    energy, starts, works = known.energy, run.starts_on_rails(march), np.zeros(len(TrackWorks._fields) - 2)
-    for rule in run.rules_on_rails(march, AT_ONCE):
+    energy, starts, works = known.energy, march.starts(), np.zeros(len(TrackWorks._fields) - 2)
+    for rule in march.rules(AT_ONCE):
         state, rail = _track_at(energy, lowered, march, rule.times, starts)
         lost, given, anomalies, missed = powers_of(energy, known, state)
         if state.beside is not None:  # there the rail has deflections of its own
@@ -105,7 +104,7 @@ def track_works(section: Section, lowered: LoweredOnRails, march: Marched) -> Tr
         slope = lowered.program.system.speed * (rail.force * rail.slope).sum(axis=0)
         works += np.stack([lost, given, anomalies, missed, slope]) @ rule.weights
     works[:-1] += _done_by_jumps(energy, known, lowered, march)
-    state, rail = _track_at(energy, lowered, march, np.array([0.0, march.end]), run.starts_on_rails(march))
+    state, rail = _track_at(energy, lowered, march, np.array([0.0, march.end]), march.starts())
     stored = float(np.diff(stored_by(energy, known, state, rail.residual))[0])
     works[GIVEN] += 0.5 * np.diff((rail.residual * rail.force**2).sum(axis=0))[0]
     return TrackWorks._make([stored, *works.tolist(), _taken_by_jumps(lowered, march)])
@@ -117,15 +116,15 @@ def _done_by_jumps(energy: RingEnergy, known: Products, lowered: LoweredOnRails,
     The powers have terms with the rate of the forces, over which the integral is the jump times the mean of both sides.
     What has the rate twice, the residual's own loss, has no integral; a jump is taken to lose nothing there.
     """
-    times, modes = run.jumps_on_rails(march), lowered.modes
+    times, modes = march.jumps(), lowered.modes
     assert modes is not None
     if not times.size:
         return np.zeros(len(RingPowers._fields))
-    found = run.modes_of_track(march, times.ravel(), False, run.starts_on_rails(march))
+    found = march.modes(times.ravel(), False, march.starts())
     turned = modes.ring.turns ** np.diff(found.bay)[::2, None]
     jump = found.forced[1::2] - found.forced[::2] * turned
     regular = regular_amplitudes(modes, jump) if isinstance(modes, IrregularModes) else jump
-    after, _ = _track_at(energy, lowered, march, times[:, 1], run.starts_on_rails(march))
+    after, _ = _track_at(energy, lowered, march, times[:, 1], march.starts())
     before, later = found.force[::2], found.force[1::2]
     wheels = list[Pressed]()
     for number, one in enumerate(after.wheels):
@@ -144,10 +143,10 @@ def _done_by_jumps(energy: RingEnergy, known: Products, lowered: LoweredOnRails,
 def _taken_by_jumps(lowered: LoweredOnRails, march: Marched) -> float:
     """Return what the residual took of the contacts as their forces jumped, J."""
     assert lowered.modes is not None
-    times, wheels = run.jumps_on_rails(march), lowered.program.system.wheels
+    times, wheels = march.jumps(), lowered.program.system.wheels
     x = lowered.program.system.speed * times[:, 1:] + np.array([wheel.position for wheel in wheels])
     residual = _residual(lowered.modes.ring, x.ravel())[0].reshape(x.shape)
-    force = run.replay_rails(march, times.ravel()).force[:, : len(wheels)].reshape(*times.shape, len(wheels))
+    force = march.at(times.ravel()).force[:, : len(wheels)].reshape(*times.shape, len(wheels))
     return float(0.5 * (residual * np.diff(force**2, axis=1)[:, 0]).sum())
 
 
@@ -165,7 +164,7 @@ def _track_at(
     modes, regular, speed = lowered.modes, energy.modes.ring, lowered.program.system.speed
     assert modes is not None
     ring, irregular = modes.ring, isinstance(modes, IrregularModes)
-    found = run.modes_of_track(march, times, irregular, starts)
+    found = march.modes(times, irregular, starts)
     held, rates = found.amplitudes, ring.rates * found.amplitudes + found.forced
     rail = _Rail(*np.zeros((4, len(lowered.program.system.wheels), len(times))))
     wheels = list[Pressed]()

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.lower.wagon import DECK, LoweredWagon
-from wheeltapper.march import run
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.assembly import TO_RATE
 from wheeltapper.record.balanced import NOTABLE
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from wheeltapper.describe.scenario import Scenario
-    from wheeltapper.march.wagon.multibody import MultibodyMarch
+    from wheeltapper.march.wagon.march import Marched as MarchedWagon
 
 FloatArray = NDArray[np.float64]
 SIGNS = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0])
@@ -37,7 +36,7 @@ EVERY = 16
 did."""
 
 
-def missing_part(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario) -> float:
+def missing_part(lowered: LoweredWagon, march: MarchedWagon, scenario: Scenario) -> float:
     """Return the missing share of the exchanged energy: from one step in EVERY, or where that is NOTABLE from all."""
     if len(march.steps) == 0:
         return 0.0
@@ -45,7 +44,7 @@ def missing_part(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenari
     return _missing_in(lowered, march, scenario, 1) if not estimate < NOTABLE else estimate
 
 
-def _missing_in(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario, every: int) -> float:
+def _missing_in(lowered: LoweredWagon, march: MarchedWagon, scenario: Scenario, every: int) -> float:
     """Return the missing share of the exchanged energy, from one step in so many."""
     sample = march._replace(steps=march.steps[::every], states=march.states[::every])
     done, _, contacts, elements = works(lowered, sample, scenario)
@@ -59,7 +58,7 @@ def _missing_in(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario
     return every * missing / exchanged
 
 
-def works(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario) -> tuple[FloatArray, ...]:
+def works(lowered: LoweredWagon, march: MarchedWagon, scenario: Scenario) -> tuple[FloatArray, ...]:
     """Return works (steps, POWERS_KEPT), impulses (steps, lanes) and elastic energies (steps, 2) of some steps.
 
     These are those of contacts, and of nonlinear elements.
@@ -70,7 +69,7 @@ def works(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario) -> t
     damping[: len(structure.motions), : len(structure.motions)] = structure.damping
     if DECK in layout.bodies:
         damping[-1, -1] = scenario.track.damping
-    return run.works(lowered.assembly, march, damping, layout.displacement_places)
+    return march.works(lowered.assembly, damping, layout.displacement_places)
 
 
 def _stored_energies(lowered: LoweredWagon, states: FloatArray, scenario: Scenario) -> tuple[FloatArray, FloatArray]:
@@ -84,7 +83,7 @@ def _stored_energies(lowered: LoweredWagon, states: FloatArray, scenario: Scenar
     return 0.5 * (v**2) @ mass, 0.5 * np.einsum("ti,ij,tj->t", q, stiffness, q)
 
 
-def _energy_of_slips(lowered: LoweredWagon, march: MultibodyMarch) -> float:
+def _energy_of_slips(lowered: LoweredWagon, march: MarchedWagon) -> float:
     """Return the energy that springs of friction lose where their force falls as it begins to slide, J."""
     A = lowered.assembly
     springs = len(A.sliders) - len(A.yields)
@@ -94,7 +93,7 @@ def _energy_of_slips(lowered: LoweredWagon, march: MultibodyMarch) -> float:
     return float(begins @ (0.5 * (limit**2 - force**2) / stiffness))
 
 
-def _changes_stretch(lowered: LoweredWagon, march: MultibodyMarch) -> NDArray[np.bool_]:
+def _changes_stretch(lowered: LoweredWagon, march: MarchedWagon) -> NDArray[np.bool_]:
     """Return whether any tread begins or ends to yield between each step and the next one.
 
     There the energy of a contact over marks jumps by what these have done to it before (`march.contact_laws`).
@@ -105,7 +104,7 @@ def _changes_stretch(lowered: LoweredWagon, march: MultibodyMarch) -> NDArray[np
 
 
 def balance(
-    lowered: LoweredWagon, march: MultibodyMarch, works: tuple[FloatArray, ...], scenario: Scenario
+    lowered: LoweredWagon, march: MarchedWagon, works: tuple[FloatArray, ...], scenario: Scenario
 ) -> xr.Dataset:
     """Return the energy balance over the whole run, in J."""
     from wheeltapper.march.wagon import replay

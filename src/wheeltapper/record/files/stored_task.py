@@ -44,7 +44,7 @@ CONTACT = ("position", "start", "loop", "join")
 
 def tables(lowered: LoweredOnRails, march: Marched) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the tables and attributes of a file that contain the task and the logs."""
-    parts = _parts_of(lowered, march.found.prepared.system)
+    parts = _parts_of(lowered, march.system)
     out: dict[str, Any] = {"task": (("task_entry",), np.concatenate([flat_part(part) for part in parts.values()]))}
     logs = march.found.logs
     for name, axes in LOGS.items():
@@ -52,7 +52,7 @@ def tables(lowered: LoweredOnRails, march: Marched) -> tuple[dict[str, Any], dic
         out[f"logged_{name}"] = (tuple(f"{name}_{axis}" for axis in range(axes)), values)
     numbers = [lowered.seat, lowered.contact_constant, lowered.force]
     out["units"] = (("unit",), np.array(numbers))
-    if march.found.prepared.system.ports:
+    if march.system.ports:
         out["seat_events"] = ("seat_event", "event_column"), march.seat_events
     attributes = {
         "task_parts": json.dumps([[name, np.shape(part), np.asarray(part).dtype.kind] for name, part in parts.items()]),

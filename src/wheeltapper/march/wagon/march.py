@@ -1,0 +1,49 @@
+"""The march of a wagon, and what can be asked of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.telling import Tell, report_nothing
+from wheeltapper.march.wagon import multibody, replay
+from wheeltapper.march.wagon.assembly import Assembly
+from wheeltapper.march.wagon.remembering import OverMarks
+
+if TYPE_CHECKING:
+    from wheeltapper.march.wagon.rails.march import OnRails
+    from wheeltapper.march.wagon.rails.replay import RailsReplay
+
+
+class Marched(multibody.MultibodyMarch):
+    """A march of a wagon, in SI units; `assembly` is what was marched."""
+
+    __slots__ = ()
+
+    def at(self, assembly: Assembly, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
+        """Return states and rates (times, states) and some rows of contacts (times, rows, lanes) at rising times."""
+        return replay.replay(assembly, self, times, rows)
+
+    def works(self, assembly: Assembly, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
+        """Return each step's works (steps, POWERS_KEPT), impulses (steps, lanes), and elastic energies at its ends.
+
+        These are those of contacts and of nonlinear elements, (steps, 2) both. `damping` acts on the velocities of the
+        displacements at `places`; the last one is a deck's where there is one.
+        """
+        return replay.works(assembly, self, damping, places)
+
+    def rails_below(self, program: OnRails) -> RailsReplay:
+        """Return what tells what both rails below do."""
+        from wheeltapper.march.wagon.rails.replay import RailsReplay
+
+        return RailsReplay(program, self)
+
+
+def march(program: Assembly | OnRails | OverMarks, tell: Tell = report_nothing) -> Marched:
+    """March a wagon from its start to its end; one that meets its own marks lays them on the way."""
+    memory, plain = (program.memory, program.program) if isinstance(program, OverMarks) else (None, program)
+    if isinstance(plain, Assembly):
+        return Marched(*multibody.march(plain, tell, memory))
+    from wheeltapper.march.wagon.rails.march import march
+
+    return Marched(*march(plain, tell, memory))

@@ -1,0 +1,51 @@
+"""The march of one wheel, and what can be asked of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.common.program import FloatArray
+from wheeltapper.march.common.telling import Tell, report_nothing
+from wheeltapper.march.steps.written import functions_of_energy, scratch_for
+from wheeltapper.march.wheel import balance, dense, single
+
+
+class Marched(single.March):
+    """A march of one wheel, in scaled units."""
+
+    __slots__ = ()
+
+    @property
+    def _columns(self) -> int:
+        return dense.ENDED_OUT_COLUMNS if self.program.damper_ends else dense.OUT_COLUMNS
+
+    def at(self, times: FloatArray) -> FloatArray:
+        """Return the motion at rising times (dense.py); columns for a damper's own end follow where there is one."""
+        out = np.empty((len(times), self._columns))
+        law, S = self.program.law_or_none, scratch_for(self.program)
+        dense.dense(self.pieces, self.program.numbers, law, self.steps, times, out, S)
+        return out
+
+    def integrals(self, nodes: int) -> tuple[FloatArray, FloatArray]:
+        """Return the energy's integrals of each step, (steps, INTEGRALS), and the motion at its ends, (steps, 2, …).
+
+        `nodes` are those of the Gauss rule in each step.
+        """
+        places, weights = np.polynomial.legendre.leggauss(nodes)
+        out, ends = np.zeros((len(self.steps), dense.INTEGRALS)), np.zeros((len(self.steps), 2, self._columns))
+        law, S = self.program.law_or_none, scratch_for(self.program)
+        rule = 0.5 * (places + 1.0), 0.5 * weights
+        dense.integrals(self.pieces, self.program.numbers, law, self.steps, *rule, out, ends, S)
+        return out, ends
+
+    def add_balance(self, first: int, after: int, sums: FloatArray) -> None:
+        """Add what some steps leave missing of the energy, and exchange, to `sums` (balance.SUMS,)."""
+        last = self.steps[after] if after < len(self.steps) else self.state
+        law, made = self.program.law, functions_of_energy(len(self.program.law) > 0)
+        balance.balance_kernel(self.pieces, self.program.numbers, law, self.steps[first:after], last, sums, made)
+
+
+def march(program: contract.Program, tell: Tell = report_nothing, motion: FloatArray | None = None) -> Marched:
+    """March a program to its end from its start, or from displacement and velocity of the wheel and of the deck."""
+    return Marched(*single.march(program, tell, motion))
