@@ -22,7 +22,7 @@ from wheeltapper.lower.first_order import first_order
 from wheeltapper.lower.known import check_known
 from wheeltapper.lower.laws import ellipse
 from wheeltapper.march.common import program as contract
-from wheeltapper.march.general.at_rest import Bearing, Numbers, indentation_at_rest
+from wheeltapper.march.general.at_rest import Numbers, indentation_at_rest, power_bearing
 
 EVENT_LIMIT = 10_000_000
 """Largest number of events of a march; a march with more is ended, and its outcome says so."""
@@ -65,11 +65,6 @@ class Units:
     def part(self, block: slice) -> Units:
         """Return the units of some of the cells."""
         return Units(**{name: held[block] for name, held in vars(self).items()})
-
-
-def power_bearing(quadratic: Any, cubic: Any) -> Bearing:
-    """Return N = quadratic·δ + cubic·δ^1.5 as the static state asks for it."""
-    return lambda delta: (delta * (quadratic + cubic * np.sqrt(delta)), quadratic + 1.5 * cubic * np.sqrt(delta))
 
 
 def _contact_constant(value: Fields) -> Numbers:

@@ -15,6 +15,11 @@ MOST_NEWTON = 100
 """Newton's steps, or halvings, after which rounding alone is left."""
 
 
+def power_bearing(quadratic: Any, cubic: Any) -> Bearing:
+    """Return N = quadratic·δ + cubic·δ^1.5 as the static state asks for it."""
+    return lambda delta: (delta * (quadratic + cubic * np.sqrt(delta)), quadratic + 1.5 * cubic * np.sqrt(delta))
+
+
 def indentation_at_rest(bears: Bearing, weight: Any, stiffness: Any = 0.0, height: Any = 0.0) -> Numbers:
     """Return the indentation δ at rest, N(δ) = weight + stiffness·(height - δ), in units in which it is about one.
 
