@@ -15,7 +15,7 @@ from wheeltapper.march.steps.tangent_path import LANES
 from wheeltapper.march.steps.written import scratch_of_cells
 from wheeltapper.march.wheel import gradients
 from wheeltapper.march.wheel.single import march
-from wheeltapper.march.wheel.tangent import tangent_kernel
+from wheeltapper.march.wheel.tangent import Changes, Made, Rates, tangent_kernel
 
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 SHAPES = {"CosineBump": "length", "Corrugation": "wavelength", "Step": "position"}
@@ -53,13 +53,12 @@ def alone(cells, turns, cell):
     of_events, of_peaks = (np.zeros((len(table), 2, LANES)) for table in (found.events, found.peaks))
     start = np.zeros((2, LANES))
     start[0, gradients.BY_HEIGHT] = start[1, gradients.BY_VELOCITY] = 1.0
-    gentlest = tangent_kernel(
-        pieces, turns.bends, first, turns.table, cells.numbers[cell], turns.numbers[cell], start, found.steps,
-        found.state, found.events, found.peaks, of_events, of_peaks, np.zeros((4, LANES)), 0.0, np.zeros(LANES),
-        np.zeros((0, LANES)), np.zeros(0), np.zeros((0, gradients.QUANTITIES, gradients.SAMPLED)),
-        scratch_of_cells(cells.numbers, cells.pieces, turned=True, lossy=True),
-        np.zeros((SCRATCH, LANES)), None,
-    )  # fmt: skip
+    made = Made(pieces, cells.numbers[cell], found.steps, found.state, found.events, found.peaks)
+    along = Changes(turns.numbers[cell], start, turns.bends, first, turns.table)
+    rates = Rates(of_events, of_peaks, np.zeros((4, LANES)), np.zeros(LANES), np.zeros((0, LANES)))
+    no_times, no_samples = np.zeros(0), np.zeros((0, gradients.QUANTITIES, gradients.SAMPLED))
+    S = scratch_of_cells(cells.numbers, cells.pieces, turned=True, lossy=True)
+    gentlest = tangent_kernel(made, along, rates, 0.0, no_times, no_samples, S, np.zeros((SCRATCH, LANES)), None)
     return found, of_events, of_peaks, gentlest
 
 

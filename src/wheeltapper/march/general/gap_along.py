@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general import layout, local, paths
 from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.careful import SNAP
@@ -19,7 +19,7 @@ from wheeltapper.march.general.crossings import NO_CROSSING, bernstein_value, fi
 from wheeltapper.march.general.laws.switch import LAW_RATED, forces, trend
 from wheeltapper.march.general.layout import BEGIN
 from wheeltapper.march.general.maxima import EXTREMES_MERGE
-from wheeltapper.march.general.records import Nodes, Room, Site
+from wheeltapper.march.general.records import Data, Nodes, Room, Site, Tables
 
 BoolArray = NDArray[np.bool_]
 TOUCHES = 1e-9
@@ -139,12 +139,18 @@ def _smallest_without_force(row: FloatArray, places: FloatArray, matrix: FloatAr
 
 
 @uncounted_kernel
-def smallest_kernel(rows: FloatArray, wanted: BoolArray, gaps: FloatArray, kernels: FloatArray, residual: FloatArray, macro: Nodes, part: Nodes, places: FloatArray, matrix: FloatArray, pieces: FloatArray, ends: FloatArray, place: FloatArray, law: FloatArray, table: FloatArray, settings: FloatArray, begin: float, which: IntArray, seconds: FloatArray, clock: FloatArray, room: Room) -> float:  # fmt: skip  # noqa: E501
+def smallest_kernel(
+    rows: FloatArray, wanted: BoolArray, gaps: FloatArray, contact: int, tables: Tables, data: Data, place: FloatArray,
+    room: Room,
+) -> float:  # fmt: skip
     """Return by how much a contact holds in the wanted ones of its rows, at least; negative where it has ended.
 
-    `gaps` are its c of each macro step, `kernels` and `residual` its tables over the places in a bay, `place` is its
-    state at time zero; `which`, `seconds` and `clock` are those of `Tables`.
+    `gaps` are its c of each macro step, `place` is its state at time zero.
     """
+    kernels, residual = tables.kernels[contact], tables.residual[contact]
+    which, seconds, clock = tables.which, tables.seconds, tables.clock
+    pieces, ends, table, settings = data.pieces, data.ends[contact], data.table, data.settings
+    law, begin = data.laws[contact], data.starts[contact]
     q = gaps.shape[1]
     speed, phases = settings[layout.SPEED_NOW], len(which)
     smallest = np.inf
@@ -173,11 +179,11 @@ def smallest_kernel(rows: FloatArray, wanted: BoolArray, gaps: FloatArray, kerne
         local.free_sum(q, site.c, site.B, room.moments, room.free)
         if row[layout.ROW_NODES] == 1.0:
             if wanted[r]:
-                smallest = min(smallest, _smallest_without_force(row, places, matrix, q, site, room))
+                smallest = min(smallest, _smallest_without_force(row, data.places, data.matrix, q, site, room))
             continue
-        nodes = macro
-        if row[layout.ROW_NODES] != len(macro.places):
-            nodes = part
+        nodes = data.macro
+        if row[layout.ROW_NODES] != len(data.macro.places):
+            nodes = data.part
         _press(row, nodes, q, room)
         if wanted[r]:
             _gaps(row, nodes, q, site, room)

@@ -66,12 +66,7 @@ def margin_of(found: Found, losses: int) -> float:
         gaps, here = np.ascontiguousarray(logs.gaps[:, i]), np.inf
         for some, part in found.by_stretch(rows[:, layout.ROW_STEP]):  # `place` goes along
             tables = part.prepared.tables
-            smallest = smallest_kernel(
-                rows[some], wanted[some], gaps, tables.kernels[i], tables.residual[i], data.macro, data.part,
-                data.places, data.matrix, data.pieces, data.ends[i], place, data.laws[i], data.table, data.settings,
-                float(data.starts[i]), tables.which, tables.seconds, tables.clock, room,
-            )  # fmt: skip
-            here = min(here, smallest)
+            here = min(here, smallest_kernel(rows[some], wanted[some], gaps, i, tables, data, place, room))
         none = 0.0 if lost >= losses else 1.0  # a loss that ends as it begins; or none before this one either
         out = min(out, here if np.isfinite(here) else none)
     return out * prepared.units.length

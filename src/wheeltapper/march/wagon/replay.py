@@ -16,7 +16,7 @@ from wheeltapper.march.wagon.assembly import LANES, PLACES, TO_RATE
 from wheeltapper.march.wagon.contact_laws import is_lossy, is_own, is_plastic, own_energy, own_force, yield_energy
 from wheeltapper.march.wagon.crossing import corner_at, depends_on_rate
 from wheeltapper.march.wagon.growths import find_growths
-from wheeltapper.march.wagon.multibody import MultibodyMarch, work_for
+from wheeltapper.march.wagon.multibody import MultibodyMarch, RailLog, Work, work_for
 from wheeltapper.march.wagon.passing import RUN_CARRIED, enable_flanges, pass_breaks, start_kernel
 from wheeltapper.march.wagon.pressing import contact_forces
 from wheeltapper.march.wagon.rail_motion import enter_logged_step
@@ -88,12 +88,14 @@ def _state_at(
 
 @kernel
 def replay_kernel(
-    data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, ends: FloatArray,
-    free: FloatArray, local: FloatArray, answers: FloatArray, times: FloatArray, rows: IntArray,
-    wheels: FloatArray, pieces: FloatArray, Q: FloatArray, out: FloatArray, out_rates: FloatArray,
-    out_wheels: FloatArray, scales: FloatArray, gauss: FloatArray,
+    flat: asm.FlatAssembly, start: FloatArray, steps: FloatArray, states: FloatArray, rails: RailLog, times: FloatArray,
+    rows: IntArray, work: Work, out: FloatArray, out_rates: FloatArray, out_wheels: FloatArray, scales: FloatArray,
+    gauss: FloatArray,
 ) -> None:  # fmt: skip
     """Write states, rates and some rows of the contacts at times: (times, states), the same, (times, rows, lanes)."""
+    data, plan = flat
+    ends, free, local, answers = rails
+    wheels, pieces, Q = work.wheels, work.pieces, work.Q
     n = start.shape[0]
     w, y, spare = np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
@@ -307,13 +309,14 @@ def _elastic_energies(
 
 @kernel
 def energy_kernel(
-    data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, ends: FloatArray,
-    free: FloatArray, local: FloatArray, answers: FloatArray, damping: FloatArray, places: IntArray,
-    nodes: FloatArray, weights: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray,
-    works: FloatArray, impulses: FloatArray, contacts: FloatArray, elements: FloatArray, scales: FloatArray,
-    gauss: FloatArray,
+    flat: asm.FlatAssembly, start: FloatArray, steps: FloatArray, states: FloatArray, rails: RailLog,
+    damping: FloatArray, places: IntArray, nodes: FloatArray, weights: FloatArray, work: Work, works: FloatArray,
+    impulses: FloatArray, contacts: FloatArray, elements: FloatArray, scales: FloatArray, gauss: FloatArray,
 ) -> None:  # fmt: skip
     """Write each step's works (steps, POWERS_KEPT), impulses (steps, lanes), and elastic energies at its ends."""
+    data, plan = flat
+    ends, free, local, answers = rails
+    wheels, pieces, Q = work.wheels, work.pieces, work.Q
     n = start.shape[0]
     w, y, spare, rate = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
@@ -360,14 +363,13 @@ def _nodes_of(A: asm.Assembly) -> int:
 def replay(A: asm.Assembly, march: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
     """Return states and rates (times, states) and some rows of the contacts (times, rows, lanes) at rising times."""
     A = march.paved(A)
-    work, rails = work_for(A, 1), march.rails
+    work = work_for(A, 1)
     out = np.empty((len(times), len(A.start)))
     out_rates = np.empty_like(out)
     out_wheels = np.empty((len(times), len(rows), work.wheels.shape[0] * LANES))
     replay_kernel(
-        *asm.flattened_assembly(A), A.start, march.steps, march.states, rails.ends, rails.free, rails.local,
-        rails.answers, times, rows, work.wheels, work.pieces, work.Q, out, out_rates, out_wheels, A.scales,
-        whole_steps.packed_nodes(_nodes_of(A)),
+        asm.flattened_assembly(A), A.start, march.steps, march.states, march.rails, times, rows, work, out, out_rates,
+        out_wheels, A.scales, whole_steps.packed_nodes(_nodes_of(A)),
     )  # fmt: skip
     return out, out_rates, out_wheels
 
@@ -376,14 +378,13 @@ def works(A: asm.Assembly, march: MultibodyMarch, damping: FloatArray, places: I
     """Return what `energy_kernel` writes."""
     A = march.paved(A)
     nodes, weights = np.polynomial.legendre.leggauss(WORK_NODES)
-    work, rails = work_for(A, 1), march.rails
+    work = work_for(A, 1)
     count = len(march.steps)
     done, impulses = np.zeros((count, POWERS_KEPT)), np.zeros((count, work.wheels.shape[0] * LANES))
     contacts, elements = np.zeros((count, 2)), np.zeros((count, 2))
     steps, states = np.ascontiguousarray(march.steps), np.ascontiguousarray(march.states)  # also of every 16th step
     energy_kernel(
-        *asm.flattened_assembly(A), A.start, steps, states, rails.ends, rails.free, rails.local,
-        rails.answers, damping, places, 0.5 * (nodes + 1.0), 0.5 * weights, work.wheels, work.pieces, work.Q, done,
-        impulses, contacts, elements, A.scales, whole_steps.packed_nodes(_nodes_of(A)),
+        asm.flattened_assembly(A), A.start, steps, states, march.rails, damping, places, 0.5 * (nodes + 1.0),
+        0.5 * weights, work, done, impulses, contacts, elements, A.scales, whole_steps.packed_nodes(_nodes_of(A)),
     )  # fmt: skip
     return done, impulses, contacts, elements

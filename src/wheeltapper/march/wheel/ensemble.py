@@ -12,7 +12,7 @@ import numpy as np
 
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.blocks import in_blocks
-from wheeltapper.march.common.kernel import kernel
+from wheeltapper.march.common.kernel import inlined_kernel, kernel
 from wheeltapper.march.common.program import PHASE, TIME, A, FloatArray, IntArray
 from wheeltapper.march.steps.layout import COUNT, EVENTS, PEAKS, STATE
 from wheeltapper.march.steps.written import scratch_for, scratch_of_cells
@@ -88,14 +88,19 @@ def doubled_tables(tables: Any, names: tuple[str, ...], value: float) -> dict[st
     return {name: np.concatenate([table, np.full_like(table, value)]) for name, table in held.items()}
 
 
+@inlined_kernel
+def all_of(tables: Any) -> Any:
+    """Return all tables, each of which is there."""
+    return tables
+
+
 @kernel
 def ensemble_kernel(
-    pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatArray, cell: int,
-    status: IntArray, end: FloatArray, events: FloatArray, peaks: FloatArray, event_ends: IntArray, peak_ends: IntArray,
-    airborne: FloatArray, highest: FloatArray, impulses: FloatArray, steps: FloatArray, S: FloatArray,
-    scratch: FloatArray, tallied: bool,
-) -> int:  # fmt: skip
+    cells: Cells, cell: int, tables: Marched, steps: FloatArray, S: FloatArray, scratch: FloatArray, tallied: bool
+) -> int:
     """March the cells from `cell` on; return the first that finds no room for its events and peaks, or their number."""
+    pieces, first, many, numbers = cells
+    status, end, events, peaks, event_ends, peak_ends, airborne, highest, impulses = all_of(tables)
     event = event_ends[cell - 1] if cell > 0 else 0
     peak = peak_ends[cell - 1] if cell > 0 else 0
     tally = np.zeros(TALLY)
@@ -127,10 +132,6 @@ def ensemble_kernel(
     return cell
 
 
-def _arguments(cells: Cells, cell: int, tables: Marched, work: tuple[FloatArray, ...], tally: bool) -> Any:
-    return (*cells, cell, *tables, *work, tally)
-
-
 def _work_arrays(cells: Cells) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return room for steps, and scratch memory of the march and of the tally."""
     S = scratch_of_cells(cells.numbers, cells.pieces)
@@ -142,7 +143,7 @@ def march_one_by_one(cells: Cells, tally: bool = False) -> Marched:
     total = len(cells.first)
     tables, work, cell = room_for(total), _work_arrays(cells), 0
     while cell < total:
-        cell = ensemble_kernel(*_arguments(cells, cell, tables, work, tally))
+        cell = ensemble_kernel(cells, cell, tables, *work, tally)
         if cell < total:
             tables = tables.larger()
     return tables.without_room(tally)

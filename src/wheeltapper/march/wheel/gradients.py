@@ -15,10 +15,10 @@ from wheeltapper.march.steps.layout import SCRATCH
 from wheeltapper.march.steps.tangent_path import LANES, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.steps.written import scratch_of_cells
 from wheeltapper.march.wheel.dense import OUT_COLUMNS
-from wheeltapper.march.wheel.ensemble import Cells, KeptSteps, Marched, march_keeping_steps
+from wheeltapper.march.wheel.ensemble import Cells, KeptSteps, Marched, Steps, all_of, march_keeping_steps
 from wheeltapper.march.wheel.single import March, march
 from wheeltapper.march.wheel.tally import HIGHEST, HIGHEST_TIME, TALLY, end_tally, tally_kernel
-from wheeltapper.march.wheel.tangent import repeat_kernel, tangent_kernel
+from wheeltapper.march.wheel.tangent import Changes, Made, Rates, repeat_kernel, tangent_kernel
 from wheeltapper.march.wheel.tangent_lanes import Links, links_of
 from wheeltapper.march.wheel.tangent_samples import QUANTITIES, SAMPLED
 
@@ -53,14 +53,14 @@ class Tangents(NamedTuple):
 
 @kernel
 def gradient_kernel(
-    pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatArray, turns: FloatArray, bends: FloatArray,
-    table: IntArray, steps: FloatArray, step_ends: IntArray, last: FloatArray, status: IntArray, events: FloatArray,
-    peaks: FloatArray, event_ends: IntArray, peak_ends: IntArray, highest: FloatArray, impulses: FloatArray,
-    of_events: FloatArray, of_peaks: FloatArray, gentlest: FloatArray, amplification: FloatArray,
-    of_highest: FloatArray, of_impulses: FloatArray, S: FloatArray, D: FloatArray, tallied: bool | None,
-    links: Links | None,
+    cells: Cells, turns: CellTangents, kept: Steps, marched: Marched, tangents: Tangents, S: FloatArray, D: FloatArray,
+    tallied: bool | None, links: Links | None,
 ) -> None:  # fmt: skip
     """Repeat the steps of all cells with tangents."""
+    pieces, first, many, numbers = cells
+    steps, step_ends, last = kept
+    status, _, events, peaks, event_ends, peak_ends, _, highest, impulses = all_of(marched)
+    of_events, of_peaks, gentlest, amplification, of_highest, of_impulses = all_of(tangents)
     start = np.zeros((2, LANES))
     start[OF_HEIGHT, BY_HEIGHT] = 1.0
     start[OF_VELOCITY, BY_VELOCITY] = 1.0
@@ -74,19 +74,19 @@ def gradient_kernel(
     peak = 0
     for cell in range(len(first)):
         own = pieces[first[cell] : first[cell] + many[cell]]
-        made = steps[row : step_ends[cell]]
+        log = steps[row : step_ends[cell]]
         if tallied is not None:
             tally[:] = 0.0
             tally[HIGHEST] = -np.inf
-            tally_kernel(own, numbers[cell], None, made, len(made), tally, impulses[event:], S, point)
+            tally_kernel(own, numbers[cell], None, log, len(log), tally, impulses[event:], S, point)
             end_tally(status[cell], tally, impulses[event:])
             highest[cell] = tally[HIGHEST]
-        gentlest[cell] = repeat_kernel(
-            own, bends, first[cell], table, numbers[cell], turns[cell], start, made, last[cell],
-            events[event : event_ends[cell]], peaks[peak : peak_ends[cell]], of_events[event : event_ends[cell]],
-            of_peaks[peak : peak_ends[cell]], of_end, tally[HIGHEST_TIME], of_highest[cell], of_impulses[event:],
-            no_times, no_samples, S, D, tallied, cell, links,
-        )  # fmt: skip
+        met, tops = slice(event, event_ends[cell]), slice(peak, peak_ends[cell])
+        made = Made(own, numbers[cell], log, last[cell], events[met], peaks[tops])
+        along = Changes(turns.numbers[cell], start, turns.bends, first[cell], turns.table)
+        rates = Rates(of_events[met], of_peaks[tops], of_end, of_highest[cell], of_impulses[event:])
+        time = tally[HIGHEST_TIME]
+        gentlest[cell] = repeat_kernel(made, along, rates, time, no_times, no_samples, S, D, tallied, cell, links)
         a, b = of_end[OF_HEIGHT, BY_HEIGHT], of_end[OF_HEIGHT, BY_VELOCITY]
         c, d = of_end[OF_VELOCITY, BY_HEIGHT], of_end[OF_VELOCITY, BY_VELOCITY]
         half = 0.5 * (a * a + b * b + c * c + d * d)
@@ -105,15 +105,11 @@ def _room_for(cells: int, events: int, peaks: int, tally: bool) -> Tangents:
     )  # fmt: skip
 
 
-def _arguments(cells: Cells, turns: CellTangents, kept: KeptSteps, tangents: Tangents, tally: bool) -> tuple[Any, ...]:
-    marched = kept.marched
-    tables = (marched.status, marched.events, marched.peaks, marched.event_ends, marched.peak_ends)
+def _work(cells: Cells, turns: CellTangents, kept: KeptSteps, tally: bool) -> tuple[Any, ...]:
+    """Return scratch memory, whether a tally is kept, and room for links where none is."""
     lossy = _by_hysteresis(turns.numbers)
-    S = scratch_of_cells(cells.numbers, cells.pieces, True, lossy)
-    work, links = (S, np.zeros((SCRATCH, LANES)), True if tally else None), None
-    if not tally:
-        links = links_of(kept.pool, _directions(turns), lossy)
-    return (*cells, *turns, *kept.steps, *tables, marched.highest, marched.impulses, *tangents, *work, links)
+    S, D = scratch_of_cells(cells.numbers, cells.pieces, True, lossy), np.zeros((SCRATCH, LANES))
+    return S, D, True if tally else None, None if tally else links_of(kept.pool, _directions(turns), lossy)
 
 
 def _by_hysteresis(turns: FloatArray) -> bool:
@@ -144,7 +140,7 @@ def march_block(cells: Cells, turns: CellTangents, tally: bool = False) -> tuple
         return None
     marched = _with_tally(kept.marched)
     tangents = _room_for(len(cells.first), len(marched.events), len(marched.peaks), tally)
-    gradient_kernel(*_arguments(cells, turns, kept._replace(marched=marched), tangents, tally))
+    gradient_kernel(cells, turns, kept.steps, marched, tangents, *_work(cells, turns, kept, tally))
     if tally:
         return marched, tangents
     return marched._replace(highest=None, impulses=None), tangents._replace(highest=None, impulses=None)
@@ -162,11 +158,11 @@ def sampled_tangents(
     samples = np.full((len(times), QUANTITIES, SAMPLED), np.nan)
     events, peaks = len(found.events), len(found.peaks)
     S = scratch_of_cells(program.numbers[None], program.pieces, True, _by_hysteresis(turns))
-    tangent_kernel(
-        program.pieces, bends, 0, table, program.numbers, turns, np.zeros((2, LANES)), found.steps, found.state,
-        found.events, found.peaks, np.empty((events, 2, LANES)), np.empty((peaks, 2, LANES)), np.zeros((4, LANES)),
-        0.0, np.zeros(LANES), np.zeros((0, LANES)), within, samples, S, np.zeros((SCRATCH, LANES)), None,
-    )  # fmt: skip
+    made = Made(program.pieces, program.numbers, found.steps, found.state, found.events, found.peaks)
+    along = Changes(turns, np.zeros((2, LANES)), bends, 0, table)
+    of_rows = np.empty((events, 2, LANES)), np.empty((peaks, 2, LANES))
+    rates = Rates(*of_rows, np.zeros((4, LANES)), np.zeros(LANES), np.zeros((0, LANES)))
+    tangent_kernel(made, along, rates, 0.0, within, samples, S, np.zeros((SCRATCH, LANES)), None)
     return found, samples
 
 

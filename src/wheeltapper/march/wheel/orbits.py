@@ -32,7 +32,7 @@ from wheeltapper.march.wheel.pool import pool_of
 from wheeltapper.march.wheel.roots import evaluate
 from wheeltapper.march.wheel.single import march_kernel, start_from
 from wheeltapper.march.wheel.step import fastest_rate, repeat_step
-from wheeltapper.march.wheel.tangent import repeat_kernel
+from wheeltapper.march.wheel.tangent import Changes, Made, Rates, repeat_kernel
 from wheeltapper.march.wheel.tangent_lanes import Links, links_of
 from wheeltapper.march.wheel.tangent_samples import QUANTITIES, SAMPLED
 
@@ -269,12 +269,13 @@ def tangent_wave_kernel(
     S[STATE : STATE + LENGTH] = last
     finish_kernel(pieces, numbers, S, state)
     change = along.copy()
-    near = repeat_kernel(
-        pieces, np.zeros((0, 0, 0)), 0, np.full(LANES, -1), numbers, np.zeros((contract.NUMBERS, LANES)), change,
-        tables.parts[:parts], last, tables.events[:events], tables.peaks[:peaks], tables.of_events[:events],
-        tables.of_peaks[:peaks], along, 0.0, np.zeros(LANES), np.zeros((0, LANES)), np.zeros(0),
-        np.zeros((0, QUANTITIES, SAMPLED)), S, tables.D, None, 0, tables.links,
-    )  # fmt: skip
+    made = Made(pieces, numbers, tables.parts[:parts], last, tables.events[:events], tables.peaks[:peaks])
+    still = np.zeros((contract.NUMBERS, LANES))
+    changes = Changes(still, change, np.zeros((0, 0, 0)), 0, np.full(LANES, -1))
+    of_events, of_peaks = tables.of_events[:events], tables.of_peaks[:peaks]
+    rates = Rates(of_events, of_peaks, along, np.zeros(LANES), np.zeros((0, LANES)))
+    no_times, no_samples = np.zeros(0), np.zeros((0, QUANTITIES, SAMPLED))
+    near = repeat_kernel(made, changes, rates, 0.0, no_times, no_samples, S, tables.D, None, 0, tables.links)
     return why, near
 
 

@@ -14,6 +14,8 @@ See docs/theory/maps.rst, section 9.3.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from wheeltapper.march.common import program as contract
@@ -97,15 +99,67 @@ def _add_impulse(order: int, length: float, impulse: FloatArray, S: FloatArray, 
                 impulse[lane] += power / (n + 1) * (D[N + j, lane] * u + force * D[U + n - j, lane])
 
 
+class Made(NamedTuple):
+    """A march of one cell; `last` is the state at its end."""
+
+    pieces: FloatArray
+    numbers: FloatArray
+    steps: FloatArray
+    last: FloatArray
+    events: FloatArray
+    peaks: FloatArray
+
+
+class Changes(NamedTuple):
+    """How a cell changes along directions.
+
+    Attributes
+    ----------
+    numbers
+        (NUMBERS, LANES).
+    start
+        Of the start's displacement and velocity beside those of the numbers, (2, LANES), perhaps also of the deck's,
+        (4, LANES).
+    bends, base, table
+        Derivatives of all pieces of tables that bend, the first of this cell's, and which of the tables each lane has.
+    """
+
+    numbers: FloatArray
+    start: FloatArray
+    bends: FloatArray
+    base: int
+    table: contract.IntArray
+
+
+class Rates(NamedTuple):
+    """Derivatives that are written.
+
+    Attributes
+    ----------
+    events, peaks
+        Of time and rate, and of time and force, (rows, 2, LANES).
+    end
+        Of y, v, Y, Z at the march's end, at fixed time, (4, LANES).
+    highest, impulses
+        Of the wheel's highest position (LANES,), and of the impulses (rows, LANES), where a tally is kept.
+    """
+
+    events: FloatArray
+    peaks: FloatArray
+    end: FloatArray
+    highest: FloatArray
+    impulses: FloatArray
+
+
 @kernel
 def repeat_kernel(
-    pieces: FloatArray, bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray,
-    start: FloatArray, steps: FloatArray, last: FloatArray, events: FloatArray, peaks: FloatArray,
-    of_events: FloatArray, of_peaks: FloatArray, of_end: FloatArray, highest_time: float, of_highest: FloatArray,
-    of_impulses: FloatArray, times: FloatArray, samples: FloatArray, S: FloatArray, D: FloatArray,
-    tallied: bool | None, cell: int, links: Links | None,
+    made: Made, along: Changes, rates: Rates, highest_time: float, times: FloatArray, samples: FloatArray,
+    S: FloatArray, D: FloatArray, tallied: bool | None, cell: int, links: Links | None,
 ) -> float:  # fmt: skip
     """Do what `tangent_kernel` says; contact steps of `cell` may go from link to link (tangent_lanes.py)."""
+    pieces, numbers, steps, last, events, peaks = made
+    turns, start, bends, base, table = along
+    of_events, of_peaks, of_end, of_highest, of_impulses = rates
     carried = np.zeros((tangent_path.CARRIED, LANES))
     before = np.zeros(tangent_events.JOINT)
     behind = np.zeros(tangent_events.JOINT)
@@ -293,25 +347,15 @@ def repeat_kernel(
 
 @kernel
 def tangent_kernel(
-    pieces: FloatArray, bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray,
-    start: FloatArray, steps: FloatArray, last: FloatArray, events: FloatArray, peaks: FloatArray,
-    of_events: FloatArray, of_peaks: FloatArray, of_end: FloatArray, highest_time: float, of_highest: FloatArray,
-    of_impulses: FloatArray, times: FloatArray, samples: FloatArray, S: FloatArray, D: FloatArray,
-    tallied: bool | None,
+    made: Made, along: Changes, rates: Rates, highest_time: float, times: FloatArray, samples: FloatArray,
+    S: FloatArray, D: FloatArray, tallied: bool | None,
 ) -> float:  # fmt: skip
     """Carry the tangents along all steps; return how near the motion comes to grazing: GRAZING says what is too near.
 
-    `start` holds changes of the start's displacement and velocity beside those of the numbers, (2, LANES), perhaps
-    also of the deck's, (4, LANES); `last` is the state at the march's end. Written are the derivatives of time and rate
-    of the events, of time and force of the peaks, (rows, 2, LANES), and `of_end` (4, LANES): y, v, Y, Z at the march's
-    end, at fixed time. `tallied` is True or None: True writes those of the wheel's position at `highest_time`, and of
-    the impulses, (rows, LANES), too.
-    Also written are the motion and its derivatives at rising `times`, (times, QUANTITIES, SAMPLED).
+    `tallied` is True or None: True writes the derivatives of the wheel's position at `highest_time`, and of the
+    impulses, too. Also written are the motion and its derivatives at rising `times`, (times, QUANTITIES, SAMPLED).
     """
-    return repeat_kernel(
-        pieces, bends, base, table, numbers, turns, start, steps, last, events, peaks, of_events, of_peaks, of_end,
-        highest_time, of_highest, of_impulses, times, samples, S, D, tallied, 0, None,
-    )  # fmt: skip
+    return repeat_kernel(made, along, rates, highest_time, times, samples, S, D, tallied, 0, None)
 
 
 @inlined_uncounted_kernel

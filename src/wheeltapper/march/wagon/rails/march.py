@@ -24,6 +24,7 @@ from wheeltapper.march.common.program import DONE, EVENT_CONTACT, FULL, SOFT, Fl
 from wheeltapper.march.general.layout import IM, RE
 from wheeltapper.march.general.modal import turn
 from wheeltapper.march.general.structure import ComplexArray
+from wheeltapper.march.general.tables import Units
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import maxima_followed, multibody, passing, searching, whole_steps
 from wheeltapper.march.wagon.assembly import HALF, LANES, Assembly
@@ -71,25 +72,44 @@ PEAKS_AT_ONCE = 8.0
 """Maxima of a force for which there is room in a macro step."""
 
 
+class InBay(NamedTuple):
+    """What the tracks' tables say of the places in a bay, as `RailTables` has it."""
+
+    sets: IntArray
+    phase: IntArray
+    bay: IntArray
+    local: FloatArray
+    answers: FloatArray
+
+
+class AtOnce(NamedTuple):
+    """What macro steps that are solved at once need: answers at the Gauss nodes, the nodes, and forces followed."""
+
+    solid: FloatArray
+    gauss: FloatArray
+    tracked: FloatArray
+
+
 @kernel
 def rails_kernel(
-    end: float, ends: FloatArray, which: IntArray, reads: FloatArray, writes: FloatArray, first: IntArray,
-    decay: FloatArray, bays: FloatArray, fixed_reads: FloatArray, fixed_writes: FloatArray, modes: FloatArray,
-    reads_2: FloatArray, writes_2: FloatArray, first_2: IntArray, decay_2: FloatArray, bays_2: FloatArray,
-    fixed_reads_2: FloatArray, fixed_writes_2: FloatArray, modes_2: FloatArray, sets: IntArray, phase: IntArray,
-    bay: IntArray, local: FloatArray, answers: FloatArray, sinking: FloatArray, length: float, force: float,
-    free: FloatArray, made: IntArray, data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray,
-    wheels: FloatArray, pieces: FloatArray, steps: FloatArray, states: FloatArray, events: FloatArray,
-    peaks: FloatArray, K: FloatArray, F: FloatArray, Q: FloatArray, kept: FloatArray, S: FloatArray, solid: FloatArray,
-    gauss: FloatArray, tracked: FloatArray,
+    end: float, ends: FloatArray, which: IntArray, same: rail_modes.WayTables, modes: FloatArray,
+    other: rail_modes.WayTables, modes_2: FloatArray, places: InBay, sinking: FloatArray, units: Units,
+    free: FloatArray, made: IntArray, flat: asm.FlatAssembly, scales: FloatArray, work: multibody.Work, whole: AtOnce,
 ) -> int:  # fmt: skip
     """March until `end`, or until a table is full; return why it stopped. May be called again.
 
     `free` is the log (macro steps, 2, fours, nodes, HALF). `made` counts its rows, the present one included; then come
     how many macro steps are not tried at once, how many after the next failure, and whether the contacts are those of
-    the present state. `solid` and `gauss` are for `whole_steps`, `tracked` for `maxima_followed`. `sinking` and the
-    middle axis of `free` are of the rails together, and against one another, as the tables and modes.
+    the present state. `sinking` and the middle axis of `free` are of the rails together, and against one another, as
+    the tables and modes.
     """
+    reads, writes, first, decay, bays, fixed_reads, fixed_writes = same
+    reads_2, writes_2, first_2, decay_2, bays_2, fixed_reads_2, fixed_writes_2 = other
+    sets, phase, bay, local, answers = places
+    length, force = units.length, units.force
+    data, plan = flat
+    w, wheels, pieces, steps, states, events, peaks, K, F, Q, kept, S = work
+    solid, gauss, tracked = whole
     begin = int(data[plan[asm.AT_RAILS] + asm.RAIL_STATES])
     lanes = kept.shape[1]
     moments, spare, spare_2 = np.empty(free.shape[1:]), np.empty_like(modes), np.empty_like(modes_2)
@@ -248,16 +268,16 @@ def march(
     scales = _with_moments(A, tables)
     passing.start_kernel(*flat, A.start, work.w, work.wheels, work.pieces, work.S)
     log_first_yields(work)
-    units, (one, other) = task.track.units, (tables.ways[ALIKE], tables.ways[-1])
+    one, other = tables.ways[ALIKE], tables.ways[-1]
+    in_bay = InBay(tables.sets, tables.phase, tables.bay, tables.local, tables.answers)
     laying = Laying(memory, A, grid)
-    gauss = whole_steps.packed_nodes(task.track.method.nodes)
     tracked = np.zeros((maxima_followed.TRACKED, work.kept.shape[1]))
+    whole = AtOnce(tables.solid, whole_steps.packed_nodes(task.track.method.nodes), tracked)
     while True:
         room = work.steps[: int(work.S[passing.RUN_STEPS]) + telling.WAGON_CHUNK]
         status = rails_kernel(
-            laying.until, grid.ends, grid.which, *one, modes[ALIKE], *other, modes[AGAINST],
-            tables.sets, tables.phase, tables.bay, tables.local, tables.answers, ways_of(task.sinking), units.length,
-            units.force, free, made, *flat, scales, *work._replace(steps=room), tables.solid, gauss, tracked,
+            laying.until, grid.ends, grid.which, one, modes[ALIKE], other, modes[AGAINST], in_bay,
+            ways_of(task.sinking), task.track.units, free, made, flat, scales, work._replace(steps=room), whole,
         )  # fmt: skip
         if laying.goes_on(status):
             flat = laying.lay(_found_so_far(status, work, tables, free[: made[MADE]]), flat)
