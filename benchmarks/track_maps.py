@@ -33,9 +33,9 @@ from wheeltapper.ask.fill import fill_store
 from wheeltapper.ask.spec import described_study
 from wheeltapper.ask.store import Store
 from wheeltapper.lower.cells_on_rails import CellsOnRails
-from wheeltapper.march import run
 from wheeltapper.march.common.blocks import core_count
 from wheeltapper.march.general import march as general
+from wheeltapper.march.general.ensemble import march_all
 from wheeltapper.march.general.tables import forget_tables
 
 MOST = 2.5e5
@@ -120,7 +120,7 @@ def parts(cells: int) -> None:
     print(f"  tables of one speed: {1e3 * tables:.0f} ms; a cell alone: {1e6 * alone / steps:.2f} us a macro step")
     for count in (4, 16, 64):
         some = many.tasks[:count]
-        together = shortest_cpu(lambda some=some: run.march_tasks(some, 1, lambda numbers, found: None), 3)
+        together = shortest_cpu(lambda some=some: march_all(some, 1, lambda numbers, found: None), 3)
         print(f"  {len(some):3} cells in step: {1e6 * together / len(some) / steps:.2f} us")
 
 

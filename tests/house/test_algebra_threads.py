@@ -7,8 +7,8 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 import wheeltapper as wt
 from wheeltapper.lower.track.reach import modes_of
-from wheeltapper.march import run
 from wheeltapper.march.common.blocks import algebra_on_one_thread
+from wheeltapper.march.general import ensemble
 
 SCENE = wt.Scenario(
     vehicle=wt.Wheelset(mass=600, load=9e4, wheels=1), track=wt.tracks.Ballasted.named("rolland_UIC60_example"),
@@ -27,7 +27,7 @@ def _three_threads():
 
 
 def test_a_map_on_rails_marches_with_one_thread_of_algebra_each(monkeypatch):
-    seen, marching = [], run.march_tasks
+    seen, marching = [], ensemble.march_all
 
     def watched(tasks, held, read, *rest):
         def reads(*block):
@@ -36,7 +36,7 @@ def test_a_map_on_rails_marches_with_one_thread_of_algebra_each(monkeypatch):
 
         marching(tasks, held, reads, *rest)
 
-    monkeypatch.setattr(run, "march_tasks", watched)
+    monkeypatch.setattr(ensemble, "march_all", watched)
     for held in (1, 2):
         wt.sweep(SCENE, {"speed": np.array([18.0, 20.0])}, "largest_force", threads=held, progress=False)
     assert seen

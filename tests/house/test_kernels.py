@@ -39,6 +39,15 @@ def test_kernels_index_by_names(path):
     assert [place for kernel in kernels(path.read_text()) for place in bare(kernel)] == []
 
 
+MOST_ARGUMENTS = 16
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(FOLDER).as_posix())
+def test_kernels_take_records_rather_than_many_arguments(path):
+    long = [one.name for one in kernels(path.read_text()) if len(one.args.args) > MOST_ARGUMENTS]
+    assert long == []
+
+
 def test_bare_indices_are_found():
     (kernel,) = kernels("@kernel\ndef f(S, rows):\n    S[2] = rows[1, TIME] + rows.shape[0] + S[COUNT + 1]\n")
     assert [what for _, what in bare(kernel)] == ["S[2]", "rows[1, TIME]"]

@@ -286,9 +286,8 @@ def test_results_do_not_depend_on_threads():
 
 @pytest.mark.slow
 def test_captures_in_lanes_are_those_of_single_marches(monkeypatch):
-    from wheeltapper.march import run
     from wheeltapper.march.wheel import orbits as marches
-    from wheeltapper.march.wheel.orbits import TRAP_COLUMNS
+    from wheeltapper.march.wheel.orbits import TRAP_COLUMNS, capture
     from wheeltapper.orbits.asked import section_of
     from wheeltapper.orbits.basin import start_states
 
@@ -299,7 +298,7 @@ def test_captures_in_lanes_are_those_of_single_marches(monkeypatch):
         found = section_of(scene(**way)).cells({"speed": np.linspace(4.0, 30.0, 40)})
         states, none = start_states(found), np.zeros(40, dtype=np.int64)
         states[:, 1] += np.linspace(-2.0, 2.0, 40)
-        told = run.capture(found.cells, states, 1, np.zeros((0, TRAP_COLUMNS)), none, none, 1)
+        told = capture(found.cells, states, 1, np.zeros((0, TRAP_COLUMNS)), none, none, 1)
         assert np.all(told.waves == 1)
         return states
 

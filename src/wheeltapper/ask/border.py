@@ -106,17 +106,19 @@ class _Plane:
         if self.marcher.is_general:
             return self._margin_on_rails(x, y)
         from wheeltapper.lower.many import LoweredCells
+        from wheeltapper.march.wheel.margin import margins_of
 
         many = LoweredCells(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
         many.cells.numbers[:, contract.LAST_IMPACT] = self.losses
-        found = run.margins(many.to_march, self.losses, self.threads)
+        found = margins_of(many.to_march, self.losses, self.threads)
         return self._whole(found * many.units.length).reshape(x.shape)
 
     def _margin_on_rails(self, x: FloatArray, y: FloatArray) -> FloatArray:
         from wheeltapper.lower.cells_on_rails import CellsOnRails
+        from wheeltapper.march.general.margin import margins_of
 
         many = CellsOnRails(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
-        return self._whole(run.margins_on_rails(many.tasks, self.losses, self.threads)).reshape(x.shape)
+        return self._whole(margins_of(many.tasks, self.losses, self.threads)).reshape(x.shape)
 
     def _margin_by_records(self, x: FloatArray, y: FloatArray) -> FloatArray:
         from wheeltapper.ask.by_records import margins_by_records

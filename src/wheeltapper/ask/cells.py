@@ -78,6 +78,7 @@ def _set_end(asked: Study, numbers: FloatArray) -> None:
 
 
 def _computed_values(asked: Study, many: LoweredCells, threads: int) -> ComputedCells:
+    from wheeltapper.march.wheel.ensemble import march_all
     from wheeltapper.record.trains.trains import Trains, notes_of_cells
 
     total = len(many.cells.first)
@@ -93,7 +94,7 @@ def _computed_values(asked: Study, many: LoweredCells, threads: int) -> Computed
         count(block.stop - block.start)
 
     count = progress_counter("cells", total)
-    run.march_cells(many.to_march, threads, read_block, asked.needs_tally)
+    march_all(many.to_march, threads, read_block, asked.needs_tally)
     empty = np.empty((len(asked.features), 0, total))
     return ComputedCells(
         values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan),

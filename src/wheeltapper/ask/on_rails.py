@@ -13,8 +13,9 @@ from wheeltapper.ground.notes import Shared, shared_notes
 from wheeltapper.ground.progress import progress_counter
 from wheeltapper.lower.cells_on_rails import CellsOnRails
 from wheeltapper.lower.numbers import Units
-from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
+from wheeltapper.march.general import ensemble
+from wheeltapper.march.general.task import march_alone
 from wheeltapper.record.trains.growth import Growth
 from wheeltapper.record.trains.of_record import end_forces_of, missing_energy_of
 from wheeltapper.record.trains.trains import Trains, notes_of_cells
@@ -55,9 +56,9 @@ def computed_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int
         count(1)
 
     if alone:
-        run.march_tasks_alone(many.tasks, threads, read_cell)
+        march_alone(many.tasks, threads, read_cell)
     else:
-        run.march_tasks(many.tasks, threads, read_block, *last_events(asked))
+        ensemble.march_all(many.tasks, threads, read_block, ensemble.Until(*last_events(asked)))
     empty = np.empty((len(asked.features), 0, many.cells))
     return ComputedCells(
         values, status, empty, np.zeros(many.cells, dtype=np.int64), np.full(many.cells, np.nan),
@@ -113,7 +114,7 @@ def trains_of(many: CellsOnRails, numbers: IntArray, marched: MarchedCells) -> T
         def read_cell(number: int, marched: MarchedAlone) -> None:
             out[number] = read(_record(many, int(numbers[number]), marched))
 
-        run.march_tasks_alone([many.tasks[number] for number in numbers], 1, read_cell)
+        march_alone([many.tasks[number] for number in numbers], 1, read_cell)
         return np.concatenate(out)
 
     def force_histories(rate: float) -> Iterable[FloatArray]:

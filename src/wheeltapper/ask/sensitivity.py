@@ -14,7 +14,6 @@ from wheeltapper.ground.notes import Note, Shared
 from wheeltapper.ground.progress import progress_counter
 from wheeltapper.lower.many import EPSILON, Direction, LoweredCells
 from wheeltapper.lower.paths.table import used_degree
-from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.record.features import Feature
 
@@ -94,6 +93,7 @@ def turns_of(many: LoweredCells, directions: list[Direction]) -> tuple[Cells, Ce
 def _slopes_of_block(
     many: LoweredCells, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int
 ) -> FeatureSlopes:
+    from wheeltapper.march.wheel.gradients import march_all
     from wheeltapper.record.trains.trains import Trains, notes_of_cells
 
     directions = [many.direction_along(path) for path in parameters]
@@ -125,7 +125,7 @@ def _slopes_of_block(
         count(block.stop - block.start)
 
     count = progress_counter("cells", total)
-    run.tangents(cells, turns, threads, read_block, tally)
+    march_all(cells, turns, threads, read_block, tally)
     return out
 
 

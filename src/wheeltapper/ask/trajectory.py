@@ -65,6 +65,7 @@ def trajectory(
     """
     check_along(run.TRAJECTORY, scenario, parameters)
     from wheeltapper.march.steps.tangent_path import LANES
+    from wheeltapper.march.wheel.gradients import sampled_tangents
     from wheeltapper.march.wheel.tangent_samples import RATE, VALUE
 
     here = {path: np.array([float(Fields(scenario)(path))]) for path in parameters}
@@ -76,7 +77,7 @@ def trajectory(
         directions = [many.direction_along(path) for path in parameters[first : first + LANES]]
         cells, turns = turns_of(many, directions)
         program = Program(cells.pieces, cells.numbers[0])
-        march, samples = run.sample_tangents(program, turns.numbers[0], turns.bends, turns.table, scaled)
+        march, samples = sampled_tangents(program, turns.numbers[0], turns.bends, turns.table, scaled)
         values = samples
         for lane, direction in enumerate(directions):
             numbers = program.numbers + 1j * EPSILON * direction.numbers[0]

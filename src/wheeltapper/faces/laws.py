@@ -181,26 +181,10 @@ def creep_force(law: CreepLaw, creepage: FloatArray) -> tuple[FloatArray, FloatA
     linear = shear * along * across * coefficients(along, across, POISSON).c11 * creepage
     limit = law.friction * PRESSED
     if isinstance(law, Fastsim):
-        return limit * _fastsim(law, linear / limit), linear
+        from wheeltapper.march.wagon.fastsim import saturation
+
+        return limit * saturation(linear / limit, law.bound == "parabolic", law.cells, law.strips), linear
     return linear * law.saturation(linear / limit), linear  # type: ignore[attr-defined]
-
-
-def _fastsim(law: Fastsim, utilisation: FloatArray) -> FloatArray:
-    """Return T/(μ·N) at F/(μ·N) by FASTSIM."""
-    from wheeltapper.march.wagon.assembly import LANES
-    from wheeltapper.march.wagon.fastsim import ELLIPTIC, PARABOLIC, SHARE_ELLIPTIC, SHARE_PARABOLIC, fastsim
-    from wheeltapper.march.wagon.wheel_rows import OCTET_ROWS, SUM_X, UX
-
-    bound, share = (PARABOLIC, SHARE_PARABOLIC) if law.bound == "parabolic" else (ELLIPTIC, SHARE_ELLIPTIC)
-    small = 3.0 / 8.0 / share  # of the unit slip the linear sum is 8/3
-    out = np.empty(-(-len(utilisation) // LANES) * LANES)
-    padded = np.resize(utilisation, out.shape)
-    for first in range(0, len(out), LANES):
-        held = np.zeros(OCTET_ROWS)
-        held[UX : UX + LANES] = small * padded[first : first + LANES]
-        fastsim(law.cells, law.strips, bound, held)
-        out[first : first + LANES] = share * held[SUM_X : SUM_X + LANES]
-    return np.abs(out[: len(utilisation)])
 
 
 def draw_creep_law(law: CreepLaw) -> Figure:

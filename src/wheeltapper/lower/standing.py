@@ -11,11 +11,11 @@ from wheeltapper.describe.vehicle.wagon import TREADS_APART
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.laws.plastic import virgin_pieces
 from wheeltapper.lower.paths.table import blank_rows
-from wheeltapper.march import run
 from wheeltapper.march.common.law_columns import PLASTIC_ONSET
 from wheeltapper.march.common.program import PIECE_COLUMNS, STOP
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
+from wheeltapper.march.wagon.multibody import start_rates
 from wheeltapper.march.wagon.wheel_rows import NORMAL, ROW_PATH
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def jacobian(assembly: Assembly, state: FloatArray, unknown: NDArray[np.int64], 
     for i, (place, step) in enumerate(zip(unknown, steps, strict=True)):
         moved[2 * i, place] += step
         moved[2 * i + 1, place] -= step
-    found, _ = run.probe(assembly, moved)
+    found, _ = start_rates(assembly, moved)
     return np.asarray(((found[0::2] - found[1::2]) / (2.0 * steps[:, None])).T)
 
 
@@ -72,7 +72,7 @@ def normal_forces(assembly: Assembly, state: FloatArray, wheelsets: int) -> Floa
 
 def _of_treads(assembly: Assembly, state: FloatArray, row: int, wheelsets: int) -> FloatArray:
     """Return a row of the treads' contacts in a state at time zero, (wheelsets, 2): left, right."""
-    _, wheels = run.probe(assembly, state[None])
+    _, wheels = start_rates(assembly, state[None])
     octets = int(assembly.numbers[asm.TREADS])
     lanes = wheels[:octets, row : row + LANES].reshape(octets, 2, HALF)
     return np.asarray(np.swapaxes(lanes, 1, 2).reshape(-1, 2)[:wheelsets])
@@ -115,7 +115,7 @@ def _steady_if_any(assembly: Assembly, layout: StateLayout, mobility: FloatArray
 
 def _falls(assembly: Assembly, layout: StateLayout, mobility: FloatArray, state: FloatArray) -> bool:
     """Return whether any wheelset accelerates vertically in a state, as in none that is steady."""
-    rate = run.probe(assembly, state[None])[0][0]
+    rate = start_rates(assembly, state[None])[0][0]
     moving = np.any(mobility != 0.0, axis=1) & _of_wheelsets(layout, "z")
     return bool((np.abs(rate[layout.displacement_places[moving] + TO_RATE]) > STANDING).any())
 
@@ -154,7 +154,7 @@ def steady_state(assembly: Assembly, layout: StateLayout, mobility: FloatArray, 
     steps = np.full(len(chosen), 1e-3 * indentation)
     steps[chosen % PLACES >= TO_RATE] = 1e-4
     for _ in range(60):
-        rate = run.probe(assembly, state[None])[0][0, zero]
+        rate = start_rates(assembly, state[None])[0][0, zero]
         change = basis @ np.linalg.lstsq(jacobian(assembly, state, chosen, steps)[zero] @ basis, -rate, rcond=1e-9)[0]
         largest = np.abs(change).max()
         change *= min(1.0, 1e-3 / max(largest, 1e-300))

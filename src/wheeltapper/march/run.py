@@ -42,22 +42,17 @@ from wheeltapper.ground.needs import (
     Need,
     rank_of,
 )
-from wheeltapper.march.common.program import FloatArray, IntArray, Program
+from wheeltapper.march.common.program import FloatArray, Program
 from wheeltapper.march.common.telling import Tell, report_nothing
 from wheeltapper.march.general.contract import Task
 from wheeltapper.march.wagon.assembly import Assembly
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from wheeltapper.march.general.ensemble import MarchedCells
     from wheeltapper.march.general.task import Marched
     from wheeltapper.march.wagon.march import Marched as MarchedWagon
     from wheeltapper.march.wagon.rails.march import OnRails
     from wheeltapper.march.wagon.remembering import OverMarks
-    from wheeltapper.march.wheel import ensemble, gradients, orbits
     from wheeltapper.march.wheel.march import Marched as MarchedWheel
-    from wheeltapper.march.wheel.single import March
 
     Wagons = Assembly | OnRails | OverMarks
     """Programs of the wagon's marches."""
@@ -329,124 +324,3 @@ def march(program: Any, tell: Tell = report_nothing, motion: FloatArray | None =
     """March a program to its end: from its start, or one wheel from a motion, that of the deck included."""
     how = {} if motion is None else {"motion": motion}
     return _kernel_module(program).march(program, tell, **how)
-
-
-def probe(assembly: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the rates of a vehicle's states at time zero, (many, states), and the contacts in the last of them."""
-    from wheeltapper.march.wagon import multibody
-
-    return multibody.start_rates(assembly, states)
-
-
-# -- many cells, and derivatives --------------------------------------------------------------------------------------
-
-
-def march_cells(
-    cells: ensemble.Cells | Sequence[Program], threads: int, read: Callable[[slice, ensemble.Marched], None],
-    tally: bool = False,
-) -> None:  # fmt: skip
-    """March many cells, block by block, and hand each block to `read`; the threads do both."""
-    from wheeltapper.march.wheel.ensemble import march_all
-
-    march_all(cells, threads, read, tally)
-
-
-def tangents(
-    cells: ensemble.Cells, turns: gradients.CellTangents, threads: int,
-    read: Callable[[slice, ensemble.Marched, gradients.Tangents], None], tally: bool = False,
-) -> None:  # fmt: skip
-    """March many cells with their derivatives, block by block, and hand each block to `read`."""
-    from wheeltapper.march.wheel.gradients import march_all
-
-    march_all(cells, turns, threads, read, tally)
-
-
-def sample_tangents(
-    program: Program, turns: FloatArray, bends: FloatArray, table: IntArray, times: FloatArray
-) -> tuple[March, FloatArray]:
-    """March a program; return also its motion and derivatives at rising times (scaled)."""
-    from wheeltapper.march.wheel.gradients import sampled_tangents
-
-    return sampled_tangents(program, turns, bends, table, times)
-
-
-def margins(cells: ensemble.Cells | Sequence[Program], losses: int, threads: int) -> FloatArray:
-    """Return how far each cell is from its `losses`-th loss of contact, in scaled units; negative beyond it."""
-    from wheeltapper.march.wheel.margin import margins_of
-
-    return margins_of(cells, losses, threads)
-
-
-def march_tasks(
-    tasks: Sequence[Task], threads: int, read: Callable[[IntArray, MarchedCells], None],
-    impact: int = -1, loss: int = -1,
-) -> None:  # fmt: skip
-    """March many cells of the general march, and hand each block, with the cells' numbers, to `read`.
-
-    Cells may end before their time: at an impact, or at the first loss after an impact, of each of their contacts.
-    """
-    from wheeltapper.march.general.ensemble import Until, march_all
-
-    march_all(tasks, threads, read, Until(impact, loss))
-
-
-def march_tasks_alone(tasks: Sequence[Task], threads: int, read: Callable[[int, Marched], None]) -> None:
-    """March many cells of the general march one by one, with all that is logged, and hand each to `read`."""
-    from wheeltapper.march.general.ensemble import march_alone
-    from wheeltapper.march.general.task import marched_of
-
-    march_alone(tasks, threads, lambda number, found: read(number, marched_of(tasks[number], found)))
-
-
-def margins_on_rails(tasks: Sequence[Task], losses: int, threads: int) -> FloatArray:
-    """Return how far each cell of the general march is from the `losses`-th loss of a contact, m; negative beyond it.
-
-    NaN where a march broke off.
-    """
-    from wheeltapper.march.general.margin import margins_of
-
-    return margins_of(tasks, losses, threads)
-
-
-# -- from section to section of a periodic path -----------------------------------------------------------------------
-
-
-def sections(
-    cells: ensemble.Cells, states: FloatArray, skip: int, keep: int, threads: int = 1, chained: bool = False,
-    count: Callable[[int], None] | None = None,
-) -> orbits.Returned:  # fmt: skip
-    """March many cells, which end after one wave, over `skip` + `keep` waves from `states`; these go along."""
-    from wheeltapper.march.wheel import orbits
-
-    return orbits.sections(cells, states, skip, keep, threads, chained, count)
-
-
-def capture(
-    cells: ensemble.Cells, states: FloatArray, most: int, traps: FloatArray, first: IntArray, end: IntArray,
-    threads: int,
-) -> orbits.Captured:  # fmt: skip
-    """March many cells until each lies in one of its traps, for at most `most` waves; `states` go along."""
-    from wheeltapper.march.wheel import orbits
-
-    return orbits.capture(cells, states, most, traps, first, end, threads)
-
-
-def trapped(states: FloatArray, traps: FloatArray) -> IntArray:
-    """Return the orbit in one of whose traps each state lies, or `orbits.UNCAUGHT`."""
-    from wheeltapper.march.wheel import orbits
-
-    return orbits.trapped(states, traps)
-
-
-def section_tangents() -> orbits.Tangents:
-    """Return what marches from section to section with tangents."""
-    from wheeltapper.march.wheel import orbits
-
-    return orbits.Tangents()
-
-
-def growths(program: Program, state: FloatArray, change: FloatArray, waves: int) -> FloatArray:
-    """Return the logarithm of the growth of a small change of a state in each of some waves; both go along."""
-    from wheeltapper.march.wheel import orbits
-
-    return orbits.growths(program, state, change, waves)

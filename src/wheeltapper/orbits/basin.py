@@ -22,11 +22,10 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.section import Section, SectionCells
-from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.blocks import core_count
 from wheeltapper.march.wheel.ensemble import Cells
-from wheeltapper.march.wheel.orbits import STATE_SIZE, TRAP_COLUMNS, UNCAUGHT
+from wheeltapper.march.wheel.orbits import STATE_SIZE, TRAP_COLUMNS, UNCAUGHT, capture, trapped
 from wheeltapper.orbits.asked import START, axes_of, is_undamped, section_of
 from wheeltapper.orbits.diagram import all_cells, start_states
 from wheeltapper.orbits.orbit import multipliers_of
@@ -91,7 +90,7 @@ class World:
             return False
         states = np.zeros((len(trail), STATE_SIZE))
         states[:, : trail.shape[1]] = trail * self.wave.to_program
-        return bool(np.any(run.trapped(states, np.vstack(self.traps)) != UNCAUGHT))
+        return bool(np.any(trapped(states, np.vstack(self.traps)) != UNCAUGHT))
 
 
 class Search:
@@ -171,7 +170,7 @@ class Search:
         states, cells = self.states[at], self.cells
         own = Cells(cells.pieces, cells.first[at], cells.many[at], cells.numbers[at])
         owner = self.owner[at]
-        caught = run.capture(own, states, length, np.vstack(traps), firsts[owner], ends[owner], threads)
+        caught = capture(own, states, length, np.vstack(traps), firsts[owner], ends[owner], threads)
         self.states[at], self.orbit[at] = states, caught.orbit
         self.waves[at] += caught.waves
         self.alive[at] = caught.status == contract.DONE

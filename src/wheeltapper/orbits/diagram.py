@@ -16,11 +16,10 @@ from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.progress import Progress, progress_counter, progress_shown
 from wheeltapper.lower.section import Section, SectionCells
-from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.blocks import core_count
 from wheeltapper.march.wheel.ensemble import Cells
-from wheeltapper.march.wheel.orbits import LARGEST_FORCE, LOSSES, STATE_SIZE, Returned
+from wheeltapper.march.wheel.orbits import LARGEST_FORCE, LOSSES, STATE_SIZE, Returned, sections
 from wheeltapper.orbits.asked import START, axes_of, given_start, has_deck, section_of
 from wheeltapper.orbits.orbit import find
 from wheeltapper.record.arguments import as_scenario
@@ -98,7 +97,7 @@ def returns(
         found = section.cells(changed)
         states = start_states(found)
         if carry is None:
-            kept = run.sections(found.cells, states, skip, keep, held, count=count)
+            kept = sections(found.cells, states, skip, keep, held, count=count)
         else:
             kept = _carried(found.cells, states, axes[0], shape, skip, keep, carry)
             count(total)
@@ -115,7 +114,7 @@ def _carried(
     out = Returned(kept, np.empty((len(states), keep, 2)), np.zeros(len(states), dtype=np.int64))
     for column in numbers.T:
         own = Cells(cells.pieces, cells.first[column], cells.many[column], cells.numbers[column])
-        for part, of in zip(out, run.sections(own, states[column], skip, keep, chained=True), strict=True):
+        for part, of in zip(out, sections(own, states[column], skip, keep, chained=True), strict=True):
             part[column] = of
     return out
 
@@ -207,7 +206,7 @@ def ramp(
     states = np.zeros((many, STATE_SIZE))
     length, time = found.units.length[0], found.units.time[0]
     states[0] = given_start(given, has_deck(section)) / np.array([length, length / time] * 2)
-    kept = run.sections(found.cells, states, 0, 1, chained=True)
+    kept = sections(found.cells, states, 0, 1, chained=True)
     data = state_variables(section, found, kept, ("wave",), (many,))
     data[axis.path] = ("wave", values, {"units": axis.unit})
     named = {"wave": ("wave", np.arange(many), {"long_name": "number of the wave"})}

@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from wheeltapper.lower.numbers import Units
 from wheeltapper.lower.section import Section, SectionCells
-from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import Program
 from wheeltapper.march.wheel.ensemble import Cells
-from wheeltapper.march.wheel.orbits import LARGEST_FORCE, LOSSES, STATE_SIZE
+from wheeltapper.march.wheel.orbits import LARGEST_FORCE, LOSSES, STATE_SIZE, Tangents, sections
 from wheeltapper.orbits.asked import has_deck
 
 FloatArray = NDArray[np.float64]
@@ -101,7 +100,7 @@ class SectionMap:
         length, time = float(units.length[0]), float(units.time[0])
         self.scale = np.array([length, length / time] * 2)[: self.size]
         self.static_force = float(units.static_force[0])
-        self._tangents = run.section_tangents()
+        self._tangents = Tangents()
 
     def waves_at(self, values: FloatArray) -> list[Wave]:
         """Return what the map is made of at some values of the parameters, (many, parameters)."""
@@ -143,7 +142,7 @@ class SectionMap:
         many = len(states)
         cells = _repeated(wave.program, many)
         full = np.array([self._full(wave, state) for state in states])
-        run.sections(cells, full, rounds * self.waves, 0)
+        sections(cells, full, rounds * self.waves, 0)
         return np.asarray(full[:, : self.size] / wave.to_program)
 
     def side_by_side(self, values: FloatArray, states: FloatArray) -> FloatArray:
@@ -153,18 +152,18 @@ class SectionMap:
         own = self.scale / np.column_stack([length, length / time] * 2)[:, : self.size]
         full = np.zeros((len(states), STATE_SIZE))
         full[:, : self.size] = states * own
-        run.sections(found.cells, full, self.waves, 0)
+        sections(found.cells, full, self.waves, 0)
         return np.asarray(full[:, : self.size] / own)
 
     def trail(self, wave: Wave, state: FloatArray) -> FloatArray:
         """Return the states after each wave, (waves, n), without derivatives."""
-        kept = run.sections(_repeated(wave.program, 1), self._full(wave, state)[None], 0, self.waves).kept
+        kept = sections(_repeated(wave.program, 1), self._full(wave, state)[None], 0, self.waves).kept
         return np.asarray(kept[0, :, : self.size] / wave.to_program)
 
     def losses(self, wave: Wave, state: FloatArray) -> tuple[FloatArray, int]:
         """Return the image of a state and the losses of contact on the way, without derivatives."""
         full = self._full(wave, state)[None]
-        found = run.sections(_repeated(wave.program, 1), full, 0, self.waves)
+        found = sections(_repeated(wave.program, 1), full, 0, self.waves)
         return full[0, : self.size] / wave.to_program, int(found.told[0, :, LOSSES].sum())
 
     def _differences(self, wave: Wave, state: FloatArray) -> FloatArray:

@@ -91,13 +91,14 @@ class Passages:
         self, i: int, times: FloatArray, directions: list[Direction], cells: Cells, turns: CellTangents
     ) -> tuple[FloatArray, FloatArray]:
         """Return the deck acceleration (times,) of a passage, and its derivatives (directions, times)."""
+        from wheeltapper.march.wheel.gradients import sampled_tangents
         from wheeltapper.march.wheel.tangent_samples import VALUE
 
         block = slice(i, i + 1)
         units, numbers = self.many.units.part(block), cells.numbers[i]
         scaled = times / units.time.item()
         program = Program(cells.pieces, numbers)
-        _, samples = run.sample_tangents(program, turns.numbers[i], turns.bends, turns.table, scaled)
+        _, samples = sampled_tangents(program, turns.numbers[i], turns.bends, turns.table, scaled)
         plain = in_si(numbers.astype(complex), units, samples[:, :, VALUE].astype(complex), scaled)[1]
         slopes = np.empty((len(directions), len(times)))
         for lane, direction in enumerate(directions):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.common.telling import Tell, report_nothing
 from wheeltapper.march.general import contract as general
-from wheeltapper.march.general import integrals, replay
+from wheeltapper.march.general import ensemble, integrals, replay
 from wheeltapper.march.general.contract import Marking, Task
 from wheeltapper.march.general.march import Found, march_task
 
@@ -166,6 +166,11 @@ class Marched(NamedTuple):
 def march(task: Task, tell: Tell = report_nothing) -> Marched:
     """March a task."""
     return marched_of(task, march_task(task, tell))
+
+
+def march_alone(tasks: Sequence[Task], threads: int, read: Callable[[int, Marched], None]) -> None:
+    """March many tasks one by one, with all that is logged, and hand each to `read`."""
+    ensemble.march_alone(tasks, threads, lambda number, found: read(number, marched_of(tasks[number], found)))
 
 
 def marched_of(task: Task, found: Found) -> Marched:

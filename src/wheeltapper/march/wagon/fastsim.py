@@ -20,7 +20,7 @@ import numpy as np
 from wheeltapper.march.common.kernel import kernel
 from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.wagon.assembly import LANES
-from wheeltapper.march.wagon.wheel_rows import PX, PY, SUM_X, SUM_Y, TURN_X, TURN_Y, UX, UY
+from wheeltapper.march.wagon.wheel_rows import OCTET_ROWS, PX, PY, SUM_X, SUM_Y, TURN_X, TURN_Y, UX, UY
 
 PARABOLIC, ELLIPTIC = 0, 1
 SHARE_PARABOLIC, SHARE_ELLIPTIC = 2.0 / np.pi, 1.5 / np.pi
@@ -83,3 +83,17 @@ def fastsim(cells: int, strips: int, bound: int, L: FloatArray) -> None:
     width = 2.0 / strips
     for strip in range(strips):
         add_strip(-1.0 + (strip + 0.5) * width, width, cells, bound, L)
+
+
+def saturation(utilisation: FloatArray, parabolic: bool, cells: int, strips: int) -> FloatArray:
+    """Return T/(μ·N) along the rail at F/(μ·N), F the linear force, without spin."""
+    bound, share = (PARABOLIC, SHARE_PARABOLIC) if parabolic else (ELLIPTIC, SHARE_ELLIPTIC)
+    small = 3.0 / 8.0 / share  # of the unit slip the linear sum is 8/3
+    out = np.empty(-(-len(utilisation) // LANES) * LANES)
+    padded = np.resize(utilisation, out.shape)
+    for first in range(0, len(out), LANES):
+        held = np.zeros(OCTET_ROWS)
+        held[UX : UX + LANES] = small * padded[first : first + LANES]
+        fastsim(cells, strips, bound, held)
+        out[first : first + LANES] = share * held[SUM_X : SUM_X + LANES]
+    return np.abs(out[: len(utilisation)])

@@ -32,6 +32,8 @@ def growth_of(scenario: Scenario, changed: dict[str, FloatArray], method: str, w
 
     NaN where there is no periodic irregularity, or no march with tangents that takes the scenario.
     """
+    from wheeltapper.march.wheel.orbits import growths, sections
+
     count = max((len(values) for values in changed.values()), default=1)
     found = Growth(np.full(count, np.nan), np.full(count, np.nan))
     if run.fastest_march(run.ORBITS, scenario.needs) is None:
@@ -46,10 +48,10 @@ def growth_of(scenario: Scenario, changed: dict[str, FloatArray], method: str, w
     for cell in range(count):
         one, state = cells.part(slice(cell, cell + 1)), np.zeros((1, 4))
         state[0, :2] = one.numbers[0, [contract.START_HEIGHT, contract.START_VELOCITY]]
-        run.sections(one, state, waves // SETTLING, 0)
+        sections(one, state, waves // SETTLING, 0)
         change = np.array([1.0, 1.0, 0.0, 0.0])
         program = section.cells({path: values[[cell]] for path, values in changed.items()}).program(0)
-        rates = run.growths(program, state[0], change, waves) / period[cell]
+        rates = growths(program, state[0], change, waves) / period[cell]
         means = np.array([part.mean() for part in np.array_split(rates, BATCHES)])
         found.exponent[cell] = rates.mean()
         found.error[cell] = means.std(ddof=1) / np.sqrt(BATCHES)
