@@ -1,6 +1,6 @@
 """Laws, tracks and features as somebody might add them; whoever imports this module registers them.
 
-The last three are described only: nothing is lowered of them, so that no suite may let them pass.
+The last four are described only: nothing is lowered of them, so that no suite may let them pass.
 """
 
 from math import inf, pi
@@ -14,9 +14,12 @@ from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.creep.base import CreepLaw
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.course import Course, Harmonic, harmonic, level
-from wheeltapper.describe.noun import Length, PositiveLength
+from wheeltapper.describe.noun import Damping, Inertia, Length, Mass, PositiveForce, PositiveLength, Stiffness
 from wheeltapper.describe.track.base import Track
+from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.element import Element
+from wheeltapper.describe.vehicle.plane import PlaneVehicle
+from wheeltapper.ground.needs import BOGIE, Need
 
 
 class DummyBump(Irregularity):
@@ -73,6 +76,74 @@ def dummy_feature() -> wt.features.Feature:
     return wt.features.custom(lambda train: train.peak_force.mean(), "dummy_feature", "N", impacts=1)
 
 
+class DummyTram(Vehicle):
+    """A tram's bogie on resilient wheels: tyres on rubber about the wheels' centres, these below a frame.
+
+    Parameters
+    ----------
+    tyre_mass, centre_mass, frame_mass
+        Of each wheelset's tyres, of its centres with the axle, and of the frame, kg.
+    pitch_inertia
+        Of the frame, kg·m².
+    wheelbase, radius
+        m.
+    rubber_stiffness, rubber_damping, primary_stiffness, primary_damping
+        Per wheelset, N/m and N·s/m.
+    wheel_load
+        Static force per wheelset, N.
+    """
+
+    example: ClassVar[dict[str, Any]] = {
+        "tyre_mass": 400.0, "centre_mass": 700.0, "frame_mass": 2000.0, "pitch_inertia": 1000.0, "wheelbase": 1.8,
+        "rubber_stiffness": 2e8, "rubber_damping": 5e4, "primary_stiffness": 2e6, "primary_damping": 3e4,
+        "wheel_load": 8e4,
+    }  # fmt: skip
+    tyre_mass: Mass
+    centre_mass: Mass
+    frame_mass: Mass
+    pitch_inertia: Inertia
+    wheelbase: PositiveLength
+    rubber_stiffness: Stiffness
+    rubber_damping: Damping
+    primary_stiffness: Stiffness
+    primary_damping: Damping
+    wheel_load: PositiveForce
+    radius: PositiveLength = 0.33
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """Wheelsets below a frame."""
+        return frozenset({BOGIE})
+
+    @property
+    def loads(self) -> dict[str, float]:
+        """What its wheelsets carry, N, by the path of the field."""
+        return {"wheel_load": float(self.wheel_load)}
+
+    @property
+    def plane(self) -> PlaneVehicle:
+        """The tram as numbers."""
+        half = 0.5 * self.wheelbase
+        rubber = np.eye(2, 6) - np.eye(2, 6, 2)
+        primary = np.eye(2, 6, 2) - np.array([[0, 0, 0, 0, 1, half], [0, 0, 0, 0, 1, -half]])
+        joined = [
+            first * rubber.T @ rubber + second * primary.T @ primary
+            for first, second in (
+                (self.rubber_damping, self.primary_damping), (self.rubber_stiffness, self.primary_stiffness)
+            )
+        ]  # fmt: skip
+        mass = np.diag([self.tyre_mass] * 2 + [self.centre_mass] * 2 + [self.frame_mass, self.pitch_inertia])
+        alone = wt.Wheelset(mass=self.tyre_mass, load=self.wheel_load, gravity=0.0, radius=self.radius)
+        names = ("wheelset 1", "wheelset 2", "wheel centre 1", "wheel centre 2", "frame", "frame pitch")
+        return PlaneVehicle(names, mass, *joined, (0.0, -self.wheelbase), (alone, alone), (), np.zeros(2))
+
+
+class DummyVehicle(Vehicle):
+    """A vehicle of which nothing is lowered."""
+
+    example: ClassVar[dict[str, Any]] = {}
+
+
 class DummyContact(Contact):
     """A force that is a constant."""
 
@@ -97,5 +168,5 @@ class DummyElement(Element):
     example: ClassVar[dict[str, Any]] = {}
 
 
-RUN = (DummyBump, DummyPlastic, DummyCreep, dummy_feature)
-DESCRIBED = (DummyContact, DummyTrack, DummyElement)
+RUN = (DummyBump, DummyPlastic, DummyCreep, DummyTram, dummy_feature)
+DESCRIBED = (DummyContact, DummyTrack, DummyVehicle, DummyElement)

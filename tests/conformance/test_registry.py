@@ -41,12 +41,19 @@ def wagon(**fields):
     } | fields  # fmt: skip
 
 
+TRAM = {
+    "tyre_mass": 400.0, "centre_mass": 700.0, "frame_mass": 2000.0, "pitch_inertia": 1000.0, "wheelbase": 1.8,
+    "rubber_stiffness": 2e8, "rubber_damping": 5e4, "primary_stiffness": 2e6, "primary_damping": 3e4,
+    "wheel_load": 8e4,
+}  # fmt: skip
 DUMMIES = {
     # name: room of the front door, field of the scenario, the table in it, the scenario, the suite's function
     "DummyBump": ("irregularities", "irregularity", BUMP, SCENE, "test_irregularities.laws"),
     "DummyPlastic": ("contact", "contact", {"constant": 1.405e11, "yield_force": 1e5}, SCENE, "test_plastic_laws.laws"),
     "DummyContact": ("contact", "contact", {}, SCENE, "test_contacts.laws"),
     "DummyCreep": ("creep", "creep", {"friction": 0.3}, wagon(), "test_creep_laws.laws"),
+    "DummyTram": ("vehicles", "vehicle", TRAM, SCENE, "test_vehicles.vehicles"),
+    "DummyVehicle": ("vehicles", "vehicle", {}, SCENE, "test_vehicles.vehicles"),
     "DummyTrack": ("tracks", "track", {"depth": 0.2}, SCENE, "test_tracks.tracks"),
     "DummyElement": ("vehicles", "elements", {"name": "it"} | PLACE, wagon(), "test_elements.elements"),
     "dummy_feature": ("features", None, None, SCENE, "test_features.features"),
@@ -259,8 +266,8 @@ def test_a_new_file_in_a_room_is_all_that_a_new_kind_needs(tmp_path):
 @pytest.mark.parametrize(
     ("names", "and_of", "outcome"),
     [
-        (("DummyBump", "DummyPlastic", "DummyCreep", "dummy_feature"), "test", "PASSED"),
-        (("DummyContact", "DummyTrack", "DummyElement"), "(energy or rest)", "FAILED"),
+        (("DummyBump", "DummyPlastic", "DummyCreep", "DummyTram", "dummy_feature"), "test", "PASSED"),
+        (("DummyContact", "DummyTrack", "DummyVehicle", "DummyElement"), "(energy or rest)", "FAILED"),
     ],
 )
 def test_the_suites_pass_what_is_sound_and_fail_what_is_not_lowered(names, and_of, outcome):

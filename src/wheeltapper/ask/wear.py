@@ -21,10 +21,7 @@ from wheeltapper.ask.passes_on_rails import RailLineOnTrack
 from wheeltapper.ask.spec import file_digests
 from wheeltapper.ask.wear_files import beside_of, locked_file, unwritable_error
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.vehicle.bogie import Bogie
-from wheeltapper.describe.vehicle.wagon import Wagon
-from wheeltapper.describe.vehicle.wheelset import Wheelset
-from wheeltapper.describe.vehicle.wheelsets import Wheelsets
+from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.ground.arguments import as_count, as_path, as_quantity, as_table, with_older
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.needs import SEVERAL_BODIES
@@ -208,7 +205,7 @@ def _checked_vehicles(vehicles: Any) -> tuple[Any, ...]:
         raise InputError("", "scatter.vehicles", value_text(vehicles), f"a list of {allowed}")
     out = tuple(vehicles)
     for i, one in enumerate(out):
-        if not isinstance(one, Wheelset | Wheelsets | Bogie | Wagon):
+        if not isinstance(one, Vehicle):
             raise InputError("", f"scatter.vehicles.{i}", value_text(one), allowed)
     return out
 

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.body import Axle, Body
-from wheeltapper.describe.vehicle.bogie import Bogie
-from wheeltapper.describe.vehicle.kinks import kinks_of
+from wheeltapper.describe.vehicle.kinks import Suspension, kinks_of
 from wheeltapper.describe.vehicle.wagon import Wagon, wagon_for
-from wheeltapper.describe.vehicle.wheelsets import Wheelsets
 from wheeltapper.faces.panels import BLUE, COLOURS, RED, legend_above, panels
 from wheeltapper.faces.vehicles import draw_vehicle
 from wheeltapper.ground.errors import InputError, value_text
@@ -23,35 +20,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FloatArray = NDArray[np.float64]
-COILS, TALL, FRAME = 5, 0.45, 0.22
-"""Coils of a drawn spring, its height, and the thickness of a drawn frame, m."""
+COILS, TALL, FRAME, FRAME_BEYOND = 5, 0.45, 0.22, 0.3
+"""Coils of a drawn spring, its height, the thickness of a drawn body, and how far it goes beyond its springs, m."""
 STROKE, PACE = 0.02, 0.5
 """Compression, m, and rate, m/s, to which suspensions are drawn at least."""
 POINTS = 400
-
-
-class Suspension(NamedTuple):
-    """A suspension: what it is called, its spring and damper, and the prefix of its fields in the noun."""
-
-    name: str
-    of: Any
-    prefix: str
-    stiffness: float
-    damping: float
-
-
-def suspensions_of(vehicle: Any) -> Iterator[Suspension]:
-    """Yield the suspensions of a vehicle in the plane, each kind once."""
-    if isinstance(vehicle, Bogie):
-        for prefix in ("primary_", "secondary_"):
-            held = (float(getattr(vehicle, prefix + name)) for name in ("stiffness", "damping"))
-            yield Suspension(prefix.strip("_"), vehicle, prefix, *held)
-        return
-    wheelsets = getattr(vehicle, "wheelsets", (vehicle,))
-    for number, wheelset in enumerate(wheelsets, 1):
-        if wheelset not in wheelsets[: number - 1]:
-            name = "suspension" if len(set(wheelsets)) == 1 else f"wheelset {number}"
-            yield Suspension(name, wheelset, "", float(wheelset.stiffness), float(wheelset.damping))
 
 
 def draw_any_vehicle(vehicle: Vehicle) -> Figure:
@@ -63,10 +36,15 @@ def draw_any_vehicle(vehicle: Vehicle) -> Figure:
         raise InputError("", "what", value_text(vehicle), "a vehicle whose bodies are known")
     from matplotlib.figure import Figure
 
+    if not vehicle.suspensions:
+        figure = Figure(figsize=(7.0, 4.5))
+        draw_side(figure.subplots(), vehicle)
+        figure.suptitle(vehicle.words, x=0.02, ha="left", fontsize=9)
+        return figure
     figure = Figure(figsize=(11.0, 4.5))
     side, spring, damper = figure.subplots(1, 3, width_ratios=(1.2, 1.0, 1.0))
     draw_side(side, vehicle)
-    for number, suspension in enumerate(suspensions_of(vehicle)):
+    for number, suspension in enumerate(vehicle.suspensions):
         _draw_forces(spring, damper, suspension, COLOURS[number])
     spring.set(xlabel="compression from rest [mm]", ylabel="force on the wheel, downwards [kN]")
     damper.set(xlabel="rate of compression [m/s]", ylabel="force of the damper [kN]")
@@ -74,20 +52,8 @@ def draw_any_vehicle(vehicle: Vehicle) -> Figure:
         axis.axhline(0.0, color="0.5", linewidth=0.8, zorder=0)
         axis.set_title(name)
         legend_above(axis, 2)
-    figure.suptitle(vehicle_words(vehicle), x=0.02, ha="left", fontsize=9)
+    figure.suptitle(vehicle.words, x=0.02, ha="left", fontsize=9)
     return figure
-
-
-def vehicle_words(vehicle: Any) -> str:
-    """Return a vehicle in words: how many wheelsets, what they weigh."""
-    if isinstance(vehicle, Bogie):
-        static = f"static force {float(vehicle.wheel_load) / 1e3:.4g} kN per wheelset"
-        masses = f"wheelsets of {vehicle.wheelset_mass:g} kg, frame of {vehicle.frame_mass:g} kg"
-        return f"bogie, wheelbase {vehicle.wheelbase:g} m: {masses}, {static}"
-    several = getattr(vehicle, "wheelsets", (vehicle,))
-    first: Any = several[0]
-    static = f"{float(first.mass):g} kg, static force {float(first.weight) / 1e3:.4g} kN"
-    return f"wheelset of {static}" if len(several) == 1 else f"{len(several)} wheelsets, the first of {static}"
 
 
 def _draw_forces(spring: Axes, damper: Axes, suspension: Suspension, colour: str) -> None:
@@ -122,14 +88,12 @@ def integrated(corners: tuple[FloatArray, FloatArray], at: FloatArray) -> FloatA
 
 def wheels_of(vehicle: Any) -> list[tuple[float, float]]:
     """Return position and radius of each wheelset, m."""
-    if isinstance(vehicle, Wheelsets):
-        return [(float(x), float(one.radius)) for x, one in zip(vehicle.positions, vehicle.wheelsets, strict=True)]
-    positions: Sequence[float] = getattr(vehicle, "positions", (0.0,))
-    return [(float(x), float(vehicle.radius)) for x in positions]
+    plane = vehicle.plane
+    return [(float(x), float(one.radius)) for x, one in zip(plane.positions, plane.wheelsets, strict=True)]
 
 
 def draw_side(axis: Axes, vehicle: Any) -> None:
-    """Draw wheels, springs and a frame, or the points that the springs hang on, from the side, to scale."""
+    """Draw wheels, springs and bodies, and the points that the springs hang on, from the side, to scale."""
     from matplotlib.patches import Circle
 
     wheels = wheels_of(vehicle)
@@ -138,18 +102,22 @@ def draw_side(axis: Axes, vehicle: Any) -> None:
             axis.add_patch(Circle((x, radius), radius, fill=face, color="0.3", alpha=alpha))
         axis.plot([x], [radius], "o", color="0.3", markersize=3)
         axis.annotate(str(number), (x, 0.0), (0, -4), textcoords="offset points", ha="center", va="top", fontsize=7)
-        _draw_spring(axis, x, radius + 0.08, radius + 0.08 + TALL)
-    top = max(radius for _, radius in wheels) + 0.08 + TALL
-    if isinstance(vehicle, Bogie):
-        low, high = min(x for x, _ in wheels) - 0.3, max(x for x, _ in wheels) + 0.3
+    above = [(x, radius + 0.08) for x, radius in wheels]  # where springs stand, and what they carry
+    for body in vehicle.plane.bodies:
+        own = [number for number in range(1, len(wheels) + 1) if body.endswith(f" {number}")]
+        carriers = [own[0] - 1] if own else range(len(above))
+        below = sorted({above[number] for number in carriers})
+        top = max(height for _, height in below) + TALL
+        for x, height in below:
+            _draw_spring(axis, x, height, top)
+        low, high = min(x for x, _ in below) - FRAME_BEYOND, max(x for x, _ in below) + FRAME_BEYOND
         axis.fill([low, high, high, low], [top, top, top + FRAME, top + FRAME], facecolor=BLUE, alpha=0.25)
-        middle = 0.5 * (low + high)
-        axis.annotate("frame", (middle, top + FRAME / 2), ha="center", va="center", fontsize=8)
-        _draw_spring(axis, middle, top + FRAME, top + FRAME + TALL)
-        _draw_hold(axis, middle, top + FRAME + TALL)
-    else:
-        for x, _ in wheels:
-            _draw_hold(axis, x, top)
+        axis.annotate(body, (0.5 * (low + high), top + FRAME / 2), ha="center", va="center", fontsize=8)
+        for number in carriers:
+            above[number] = (0.5 * (low + high), top + FRAME)
+    for x, height in sorted(set(above)):
+        _draw_spring(axis, x, height, height + TALL)
+        _draw_hold(axis, x, height + TALL)
     axis.axhline(0.0, color="0.4", linewidth=1.5)
     axis.set_aspect("equal")
     low, high = min(x - radius for x, radius in wheels), max(x + radius for x, radius in wheels)

@@ -13,7 +13,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.kinks import kinks_of
 from wheeltapper.faces.laws import curves_of, draw_force_of_contact
 from wheeltapper.faces.panels import COLOURS, RED, in_unit, legend_above, spaced
-from wheeltapper.faces.plane import draw_side, vehicle_words, wheels_of
+from wheeltapper.faces.plane import draw_side, wheels_of
 from wheeltapper.faces.vehicles import draw_view
 from wheeltapper.ground.needs import BOGIE, DECK, FLEXIBLE_TRACK, SEVERAL_BODIES, WHEELSETS
 
@@ -39,7 +39,7 @@ def draw_scenario(scenario: Scenario) -> Figure:
         vehicle = f"wagon of {len(scenario.vehicle.axles)} wheelsets"
     else:
         draw_side(side, scenario.vehicle)
-        vehicle = vehicle_words(scenario.vehicle)
+        vehicle = scenario.vehicle.words
     draw_force_of_contact(law, scenario.contact)
     law.set_title(f"contact: {type(scenario.contact).__name__}")
     _mark_static(law, scenario)

@@ -29,7 +29,7 @@ def check_known(scenario: Scenario) -> None:
     """Refuse what is described only."""
     for field, kinds in KNOWN.items():
         noun = getattr(scenario, field)
-        if not isinstance(noun, kinds):
+        if not (isinstance(noun, kinds) or (field == "vehicle" and hasattr(noun, "plane"))):
             raise _not_lowered_error(field, noun, " or ".join(kind.__name__ for kind in kinds))
     law = scenario.creep
     if law is not None and not isinstance(law, Fastsim) and not hasattr(law, "saturation"):

@@ -111,8 +111,18 @@ OF_WHEELS = {
 
 def attributes_of(name: str, several: bool = False) -> dict[str, str]:
     """Return unit and meaning as attributes; `several`: where every wheel has contacts of its own."""
-    unit, meaning = LABELS[name]
+    unit, meaning = LABELS[name] if name in LABELS else _of_freedom(name)
     return {"units": unit, "long_name": of_wheels(OF_WHEELS.get(name, meaning)) if several else meaning}
+
+
+def _of_freedom(name: str) -> tuple[str, str]:
+    """Return unit and meaning of the motion of a freedom that a vehicle of one's own names."""
+    orders = {"_velocity": ("/s", "velocity of the "), "_acceleration": ("/s^2", "acceleration of the "), "": ("", "")}
+    order = next(end for end in orders if name.endswith(end))
+    freedom, (per, of) = name.removesuffix(order), orders[order]
+    body, turns = freedom.removesuffix("_pitch").replace("_", " "), freedom.endswith("pitch")
+    motion = f"pitch of the {body}, upwards in front" if turns else f"displacement of the {body}, upwards"
+    return ("rad" if turns else "m") + per, of + motion
 
 
 def of_wheels(meaning: str) -> str:

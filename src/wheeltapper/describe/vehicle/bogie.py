@@ -19,7 +19,7 @@ from wheeltapper.describe.noun import (
     Stiffness,
 )
 from wheeltapper.describe.vehicle.base import Vehicle
-from wheeltapper.describe.vehicle.kinks import kinks_of
+from wheeltapper.describe.vehicle.kinks import Suspension, kinks_of
 from wheeltapper.describe.vehicle.plane import FloatArray, PlaneVehicle
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.needs import BOGIE, Need
@@ -119,6 +119,21 @@ class Bogie(Vehicle):
     def loads(self) -> dict[str, float]:
         """What its wheelsets carry, N, by the path of the field."""
         return {"wheel_load": float(self.wheel_load)}
+
+    @property
+    def suspensions(self) -> tuple[Suspension, ...]:
+        """The primary and the secondary suspension."""
+        return (
+            Suspension("primary", self, "primary_", float(self.primary_stiffness), float(self.primary_damping)),
+            Suspension("secondary", self, "secondary_", float(self.secondary_stiffness), float(self.secondary_damping)),
+        )
+
+    @property
+    def words(self) -> str:
+        """The bogie in words."""
+        static = f"static force {float(self.wheel_load) / 1e3:.4g} kN per wheelset"
+        masses = f"wheelsets of {self.wheelset_mass:g} kg, frame of {self.frame_mass:g} kg"
+        return f"bogie, wheelbase {self.wheelbase:g} m: {masses}, {static}"
 
     @property
     def plane(self) -> PlaneVehicle:

@@ -49,6 +49,16 @@ class Element(NamedTuple):
     linear: tuple[float, float] = (0.0, 0.0)
 
 
+class Suspension(NamedTuple):
+    """A suspension: what it is called, whose it is with the prefix of its fields, its spring and damper."""
+
+    name: str
+    of: Any
+    prefix: str
+    stiffness: float
+    damping: float
+
+
 class Kinks(NamedTuple):
     """The fields of one suspension that make it more than a spring and a damper, as `Wheelset` describes them.
 

@@ -23,7 +23,8 @@ class PlaneVehicle(NamedTuple):
     Attributes
     ----------
     freedoms
-        Their names.
+        Their names; what is called a pitch is a rotation, upwards in front. One whose name ends in the number of a
+        wheelset is drawn above this.
     mass, damping, stiffness
         (freedoms, freedoms): kg, N·s/m, N/m; of a rotation kg·m² and so on.
     positions
@@ -55,6 +56,13 @@ class PlaneVehicle(NamedTuple):
         """1 for each freedom that rests where a wheelset does, (freedoms, wheelsets): itself, and its damper's end."""
         along = [(f"wheelset {i + 1}", end_name(i)) for i in range(len(self.wheelsets))]
         return np.array([[float(name in own) for own in along] for name in self.freedoms])
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies above the wheelsets, from the track upwards."""
+        ends = [end_name(i) for i in range(len(self.wheelsets))]
+        above = self.freedoms[len(self.wheelsets) :]
+        return tuple(name for name in above if name not in ends and not name.endswith("pitch"))
 
     @property
     def extent(self) -> float:

@@ -17,7 +17,7 @@ from wheeltapper.describe.noun import (
     Stiffness,
 )
 from wheeltapper.describe.vehicle.base import Vehicle
-from wheeltapper.describe.vehicle.kinks import kinks_of
+from wheeltapper.describe.vehicle.kinks import Suspension, kinks_of
 from wheeltapper.describe.vehicle.plane import PlaneVehicle, side_by_side
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import DAMPER_END, DAMPER_PLAY, Need
@@ -168,6 +168,11 @@ class Wheelset(Vehicle):
     def loads(self) -> dict[str, float]:
         """What it carries, N, by the path of the field."""
         return {"load": float(self.load)}
+
+    @property
+    def suspensions(self) -> tuple[Suspension, ...]:
+        """The one that it has."""
+        return (Suspension("suspension", self, "", float(self.stiffness), float(self.damping)),)
 
     @property
     def plane(self) -> PlaneVehicle:

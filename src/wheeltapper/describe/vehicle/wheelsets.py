@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import Length
 from wheeltapper.describe.vehicle.base import Vehicle
+from wheeltapper.describe.vehicle.kinks import Suspension
 from wheeltapper.describe.vehicle.plane import PlaneVehicle, side_by_side
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.errors import InputError, value_text
@@ -64,6 +65,15 @@ class Wheelsets(Vehicle):
     def loads(self) -> dict[str, float]:
         """What the wheelsets carry, N, by the paths of the fields."""
         return {f"wheelsets.{number}.load": float(one.load) for number, one in enumerate(self.wheelsets)}
+
+    @property
+    def suspensions(self) -> tuple[Suspension, ...]:
+        """Those of wheelsets that differ."""
+        kinds = tuple(dict.fromkeys(self.wheelsets))
+        if len(kinds) == 1:
+            return kinds[0].suspensions
+        numbers = (self.wheelsets.index(one) + 1 for one in kinds)
+        return tuple(one.suspensions[0]._replace(name=f"wheelset {n}") for n, one in zip(numbers, kinds, strict=True))
 
     @property
     def plane(self) -> PlaneVehicle:
