@@ -85,7 +85,7 @@ S[:3] = 5.0, -2.0, 1.0
 print(json.dumps(_smallest_value(0, 2, 0.5, S)))
 """
 """Where 5 - 2·x + x² is smallest on (0, 0.5): a kernel that is compiled soon, with a callee in another file."""
-TOLD = "wheeltapper: compiling margin._smallest_value for this machine, once\n"
+TOLD = "wheeltapper: compiling wheel.margin._smallest_value for this machine, once\n"
 
 
 @pytest.mark.slow
@@ -190,7 +190,7 @@ def test_a_damaged_file_is_compiled_again(tmp_path):
         lambda data: b"",
         lambda data: data[:50] + bytes([data[50] ^ 1]) + data[51:],
     ):
-        for path in tmp_path.rglob("margin._smallest_value.*.code"):
+        for path in tmp_path.rglob("wheel.margin._smallest_value.*.code"):
             path.write_bytes(damage(path.read_bytes()))
         assert answer(script=SMALL, **place) == (4.25, TOLD)
         assert answer(script=SMALL, **place) == (4.25, "")
