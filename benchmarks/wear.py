@@ -20,6 +20,7 @@ from options import parser_of
 
 import wheeltapper as wt
 from wheeltapper.march import run
+from wheeltapper.march.wheel.march import Marched
 
 REPEATS = 3
 LENGTH = 2.0
@@ -40,9 +41,9 @@ def scene(speed: float) -> wt.Scenario:
 
 
 @contextmanager
-def spent(module: Any, name: str, times: dict[str, float]) -> Iterator[None]:
-    """Add up in `times` what calls of a module's function take."""
-    function: Callable[..., Any] = getattr(module, name)
+def spent(home: Any, name: str, times: dict[str, float]) -> Iterator[None]:
+    """Add up in `times` what calls of a function of a module, or of a class, take."""
+    function: Callable[..., Any] = getattr(home, name)
 
     def timed(*arguments: Any) -> Any:
         began = time.perf_counter()
@@ -50,11 +51,11 @@ def spent(module: Any, name: str, times: dict[str, float]) -> Iterator[None]:
         times[name] += time.perf_counter() - began
         return found
 
-    setattr(module, name, timed)
+    setattr(home, name, timed)
     try:
         yield
     finally:
-        setattr(module, name, function)
+        setattr(home, name, function)
 
 
 def measured(speed: float, passes: int, hardening: float) -> tuple[xr.Dataset, float, dict[str, float]]:
@@ -62,8 +63,8 @@ def measured(speed: float, passes: int, hardening: float) -> tuple[xr.Dataset, f
     best, parts, wear = float("inf"), {}, None
     one = scene(speed)
     for _ in range(REPEATS):
-        times = {"march": 0.0, "sample": 0.0}
-        with no_garbage_collection(), spent(run, "march", times), spent(run, "sample", times):
+        times = {"march": 0.0, "at": 0.0}
+        with no_garbage_collection(), spent(run, "march", times), spent(Marched, "at", times):
             began = time.perf_counter()
             wear = wt.wear_in(one, passes, hardening=hardening)
             wall = time.perf_counter() - began
@@ -93,7 +94,7 @@ def main() -> None:
     for name, (speed, passes, hardening) in CASES.items():
         wear, wall, parts = measured(speed, 2 if smallest else passes, hardening)
         made = wear.sizes["pass"]
-        shares = [parts["march"] / wall, parts["sample"] / wall]
+        shares = [parts["march"] / wall, parts["at"] / wall]
         shares.append(1.0 - sum(shares))
         print(
             f"{name:22} {made:6d} {wall:6.2f} {made / wall:8.0f} {1e3 * wall / made:8.2f} "
