@@ -1,8 +1,8 @@
 """The one door to the marches: which march takes what, what each question covers, and the only refusal.
 
 A scenario says what it needs (`Noun.needs`), a march what it covers, a question which marches answer it, the fastest
-first. `choose` compares, and refuses with one sentence. A program then goes to its march, and to samples, integrals and
-checks of it, by the functions below; no kernel is imported before one of them is called.
+first. `choose` compares, and refuses with one sentence. `march` takes a program to its march, and returns what can be
+asked further; no kernel is imported before.
 """
 
 from __future__ import annotations
