@@ -49,8 +49,9 @@ def test_signatures_read_as_one_would_write_them() -> None:
 
 def test_completion_offers_fields_and_methods_only() -> None:
     wheelset = wt.Wheelset(mass=1500)
-    assert set(dir(wt.Wheelset)) == {"damper_end", "loads", "needs", "plane", "plot", "weight"}
-    assert set(dir(wheelset)) == {"damper_end", "loads", "needs", "plane", "plot", "weight", *wt.Wheelset.model_fields}
+    offered = {"damper_end", "loads", "needs", "plane", "plot", "suspensions", "weight", "words"}
+    assert set(dir(wt.Wheelset)) == offered
+    assert set(dir(wheelset)) == {*offered, *wt.Wheelset.model_fields}
     assert {"from_toml", "to_toml", "replaced", "irregularities"} <= set(dir(wt.Scenario))
 
 

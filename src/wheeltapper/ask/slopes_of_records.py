@@ -54,7 +54,7 @@ def slopes_of_records(
 
     def begin(cell: int) -> None:
         bases[cell] = finer_run(scenarios[cell], smooth)
-        gentlest, growth[cell] = gentlest_and_growth(scenarios[cell], bases[cell])
+        gentlest, growth[cell] = gentlest_and_growth(bases[cell])
         if gentlest < GRAZING:
             trust[cell] = status_of.GRAZING
         elif growth[cell] > asked.chaos_limit:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,7 @@ from wheeltapper.ground.notes import Note
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.laws import ellipse
 from wheeltapper.lower.laws.plastic import yielding_programs
-from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
+from wheeltapper.lower.numbers import FINER, METHODS, SMALL, Method, Placing, numbers_of
 from wheeltapper.lower.paths.fit import Factor
 from wheeltapper.lower.paths.point import point_table
 from wheeltapper.lower.paths.rolling import circle_table
@@ -28,6 +28,7 @@ from wheeltapper.march.common.program import Program
 
 if TYPE_CHECKING:
     from wheeltapper.describe.scenario import Scenario
+    from wheeltapper.march.wheel.march import Marched
 
 FloatArray = NDArray[np.float64]
 
@@ -58,6 +59,28 @@ class Lowered:
     static_force: float
     contact_constant: float
     notes: tuple[Note, ...]
+
+    def finer(self) -> Lowered:
+        """Return the same with smaller errors of steps."""
+        return self._with_number(contract.TOLERANCE, FINER * float(self.program.numbers[contract.TOLERANCE]))
+
+    def beside(self, march: Marched, in_velocity: bool) -> tuple[Lowered, float]:
+        """Return the same with a small change of the start of this march, and the size of the change, scaled."""
+        which = contract.START_VELOCITY if in_velocity else contract.START_HEIGHT
+        return self._with_number(which, float(self.program.numbers[which]) + SMALL), SMALL
+
+    def gentlest(self, march: Marched) -> float:
+        """Return the smallest rate of indentation at an event of a march, scaled."""
+        return march.gentlest()
+
+    def scaled_end(self, march: Marched) -> FloatArray:
+        """Return the scaled state at the end of a march."""
+        return march.last_motion()
+
+    def _with_number(self, which: int, value: float) -> Lowered:
+        numbers = self.program.numbers.copy()
+        numbers[which] = value
+        return replace(self, program=self.program._replace(numbers=numbers))
 
 
 def courses_of(scenario: Scenario) -> list[Course]:

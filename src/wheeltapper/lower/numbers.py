@@ -39,6 +39,12 @@ class Method:
 
 METHODS = {"default": Method(12, 1e-7, 1e-11), "strict": Method(20, 1e-10, 5e-14)}
 """The two methods: order of the series, tolerance of the steps, tolerance of the path."""
+FINER, SHORTER = 1e-3, 0.5
+"""Tolerance of a step, and longest macro step on rails, of runs finer than strict ones, relative to those of the strict
+method. Values scatter by the errors of their steps where the number of these depends on a field; so they do by some
+1e-12."""
+SMALL = 1e-6
+"""Change of the start by whose growth the amplification is found, in static indentations."""
 
 
 @dataclass(frozen=True)

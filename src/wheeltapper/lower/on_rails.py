@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,7 @@ from wheeltapper.lower.laws.own_law import table_note, tabulated_law
 from wheeltapper.lower.laws.plastic import patch_semi_axis, stretched_rows, virgin_pieces
 from wheeltapper.lower.marks.marks import SAMPLES, MarkedPath, Surface
 from wheeltapper.lower.marks.rail_memory import RailMemory
-from wheeltapper.lower.numbers import METHODS, Method, contact_alone, hysteresis_factor, units_of
+from wheeltapper.lower.numbers import METHODS, SHORTER, SMALL, Method, contact_alone, hysteresis_factor, units_of
 from wheeltapper.lower.paths.table import PathTable, blank_rows
 from wheeltapper.lower.plausible import doubts
 from wheeltapper.lower.track.anomalies import NONE, Anomalies, Void, anomalies_of, check_seats
@@ -46,6 +46,9 @@ from wheeltapper.march.general.laws.corners import STRETCH_BEGIN, STRETCH_FORCE,
 from wheeltapper.march.general.march import force_at_rest
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.tables import MOST_PHASES, longest_step
+
+if TYPE_CHECKING:
+    from wheeltapper.march.general.task import Marched
 
 FloatArray = NDArray[np.float64]
 DECK = "deck"
@@ -119,6 +122,39 @@ class LoweredOnRails:
     paths: tuple[PathTable, ...] = ()
     length: float = 1.0
     time: float = 1.0
+
+    def finer(self) -> LoweredOnRails:
+        """Return the same with shorter macro steps where a track gives way; else no kink makes a step less exact."""
+        task = self.program
+        if task.system.ring is None:
+            return self
+        return replace(self, program=task._replace(method=task.method._replace(step=SHORTER * task.method.step)))
+
+    def beside(self, march: Marched, in_velocity: bool) -> tuple[LoweredOnRails, float]:
+        """Return the same with a small change of the start of this march, and the size of the change, scaled."""
+        task, speeds = self.program, self._speeds(march)
+        bodies, wheels = task.system.bodies, len(self.static_force)
+        began, freedoms = march.start, len(bodies.mass)
+        height = began[:wheels] + march.sinking[:wheels]  # below that of first touch
+        start = -np.stack([height, began[freedoms : freedoms + wheels]])
+        start[int(in_velocity)] += SMALL * (speeds.mean() if in_velocity else march.static_indentation)
+        system = task.system._replace(bodies=bodies._replace(raised=start))
+        return replace(self, program=task._replace(system=system)), SMALL * float(np.sqrt(wheels))
+
+    def gentlest(self, march: Marched) -> float:
+        """Return the smallest rate of indentation at an event of a march, scaled."""
+        return march.gentlest(self._speeds(march))
+
+    def scaled_end(self, march: Marched) -> FloatArray:
+        """Return the scaled state at the end of a march."""
+        scale = np.full(len(march.state), float(self._speeds(march).mean()))
+        scale[: len(self.plane.freedoms)] = march.static_indentation
+        return np.asarray(march.state / scale)
+
+    def _speeds(self, march: Marched) -> FloatArray:
+        """Return the static indentation δ0 over the time sqrt(m·δ0/N0) of each wheelset, m/s."""
+        mass = np.diag(self.plane.mass)[: len(self.static_force)]
+        return np.sqrt(march.static_indentation * self.static_force / mass)
 
 
 def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRails:

@@ -17,7 +17,6 @@ from wheeltapper.describe.profile.wheel_rail import Cones
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.vehicle.body import MOTIONS
-from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import path_table
@@ -35,10 +34,10 @@ from wheeltapper.lower.laws.patches import (
     saturation_cells,
 )
 from wheeltapper.lower.laws.plastic import virgin_pieces
-from wheeltapper.lower.numbers import METHODS, Method
+from wheeltapper.lower.numbers import FINER, METHODS, SHORTER, SMALL, Method
 from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.lower.plausible import doubts
-from wheeltapper.lower.standing import level_assembly, normal_forces, standing_on, steady_state
+from wheeltapper.lower.standing import level_assembly, normal_forces, standing_on, static_loads, steady_state
 from wheeltapper.lower.structure import SeriesDamper, Structure, structure_of
 from wheeltapper.march.common.law_columns import PLASTIC_ONSET
 from wheeltapper.march.wagon import assembly as asm
@@ -52,6 +51,7 @@ if TYPE_CHECKING:
 
     from wheeltapper.lower.marks.wagon_marks import WagonRails, WornRails
     from wheeltapper.lower.track.anomalies import Void
+    from wheeltapper.march.wagon.march import Marched
     from wheeltapper.march.wagon.rails.march import OnRails
 
 FloatArray = NDArray[np.float64]
@@ -126,36 +126,39 @@ class LoweredWagon:
         plain = self.assembly if self.below is None else self.below
         return plain if self.memory is None else OverMarks(plain, self.memory)
 
+    def with_assembly(self, assembly: Assembly) -> LoweredWagon:
+        """Return the same with another assembly."""
+        below = None if self.below is None else self.below._replace(assembly=assembly)
+        return replace(self, assembly=assembly, below=below)
 
-def static_loads(structure: Structure, wagon: Wagon) -> FloatArray:
-    """Return the loads on the wheelsets, N, if all bodies rest on wheelsets with zero displacement.
+    def finer(self) -> LoweredWagon:
+        """Return the same with smaller errors of steps, and on rails with shorter macro steps."""
+        numbers = self.assembly.numbers.copy()
+        numbers[asm.STEP_TOLERANCE] *= FINER
+        made = self.with_assembly(self.assembly._replace(numbers=numbers))
+        if made.below is None:
+            return made
+        track = made.below.track
+        method = track.method._replace(step=SHORTER * track.method.step)
+        return replace(made, below=made.below._replace(track=track._replace(method=method)))
 
-    The springs are prestressed so that the displacements are zero in this state.
-    """
-    on_wheels = np.array([body.startswith("wheelset ") and body in wagon.names for body, _ in structure.motions])
-    free = ~on_wheels
-    ties = structure.ties[:, free]
-    count = int(free.sum())
-    stiffness = structure.stiffness[np.ix_(free, free)]
-    whole = np.block([[stiffness, ties.T], [ties, np.zeros((len(ties), len(ties)))]])
-    scale = np.sqrt(np.maximum(np.abs(np.diag(whole)), 1.0))
-    scaled = whole / np.outer(scale, scale)
-    if count and np.linalg.cond(scaled) > 1e13:
-        loose = np.linalg.svd(scaled)[2][-1][:count]
-        body, motion = [m for m, is_free in zip(structure.motions, free, strict=True) if is_free][
-            int(np.argmax(abs(loose)))
-        ]
-        raise InputError(
-            "", "vehicle.elements", f"nothing that holds {body!r} in {motion}", "springs or links that hold every body"
-        )
-    right = np.concatenate([structure.gravity[free], np.zeros(len(ties))]) / scale
-    found = np.linalg.solve(scaled, right) / scale if len(whole) else np.zeros(0)
-    loads = np.zeros(len(structure.motions))
-    carried = (
-        structure.stiffness[np.ix_(on_wheels, free)] @ found[:count] + structure.ties[:, on_wheels].T @ found[count:]
-    )
-    loads[on_wheels] = structure.gravity[on_wheels] - carried
-    return loads
+    def beside(self, march: Marched, in_velocity: bool) -> tuple[LoweredWagon, float]:
+        """Return the same with a small change of the start of this march, and the size of the change, scaled."""
+        named = zip(self.layout.displacement_places, self.layout.motions, strict=True)
+        heights = [at for at, (body, motion) in named if motion == "z" and body.startswith("wheelset ")]
+        moved, start = np.array(heights) + (TO_RATE if in_velocity else 0), self.assembly.start.copy()
+        start[moved] += SMALL / self.assembly.scales[moved]
+        return self.with_assembly(self.assembly._replace(start=start)), SMALL * float(np.sqrt(len(moved)))
+
+    def gentlest(self, march: Marched) -> float:
+        """Return the smallest rate of indentation at an event of a march, scaled."""
+        numbers = self.assembly.numbers
+        return march.gentlest() * float(numbers[asm.PULSE]) / float(numbers[asm.STATIC_INDENTATION])
+
+    def scaled_end(self, march: Marched) -> FloatArray:
+        """Return the scaled state at the end of a march."""
+        states = self.layout.state_count
+        return np.asarray(march.state[:states] * self.assembly.scales[:states])
 
 
 def _mobility_matrix(structure: Structure, held: NDArray[np.bool_]) -> FloatArray:
@@ -391,9 +394,7 @@ def started(lowered: LoweredWagon, scenario: Scenario) -> LoweredWagon:
     if scenario.start.velocity and len(assembly.yields):
         found = "a velocity against dry friction without a spring, which sticks"
         raise InputError("", "start.velocity", found, "0 m/s, or a stiffness of that friction")
-    made = assembly._replace(start=begin)
-    below = None if lowered.below is None else lowered.below._replace(assembly=made)
-    return replace(lowered, assembly=made, below=below)
+    return lowered.with_assembly(assembly._replace(start=begin))
 
 
 def _with_sliders(

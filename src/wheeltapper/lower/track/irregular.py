@@ -277,8 +277,3 @@ def regular_amplitudes(modes: IrregularModes, amplitudes: ComplexArray) -> Compl
     parts = np.real((modes.ring.weights * amplitudes) @ modes.vectors.T)
     count = parts.shape[1] // 2
     return np.asarray(parts[:, :count] + 1j * parts[:, count:])
-
-
-def pressed_by_extras(modes: IrregularModes, amplitudes: ComplexArray) -> ComplexArray:
-    """Return what the extras' forces do to the amplitudes of the regular ring, (times, regular modes)."""
-    return np.asarray(np.real((modes.ring.weights * amplitudes) @ modes.forces.T) @ modes.drives.T)

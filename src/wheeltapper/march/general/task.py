@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.march.common import happened
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.common.telling import Tell, report_nothing
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 SPAN_BEGIN, SPAN_LENGTH = range(2)
 """Columns of the rows of `Marched.steps`."""
+DECK_END = -1.0
+"""What happens to a wheel that comes on to a deck or leaves it, among kinds of events."""
 
 
 class Marched(NamedTuple):
@@ -121,6 +124,26 @@ class Marched(NamedTuple):
     def lay(self, marking: Marking) -> None:
         """Let a memory of rails take what the wheels have done."""
         marking.press(self.found)
+
+    def happened(self) -> list[FloatArray]:
+        """Return what happens to each wheel, ends of a deck among it, and to each contact that stays, in its order."""
+        stays = happened.by_contact(self.seat_events, contract.EVENT_KIND, contract.EVENT_RATE)
+        onsets = stays[:, 1] == contract.IMPACT  # else a rate may be zero but for rounding
+        stays[:, -1] = np.where(onsets, np.sign(stays[:, -1]), 0.0)  # to which side friction slips, or a stop is met
+        rows = [
+            (time, DECK_END, 0.0, wheel)
+            for wheel in range(self.free.shape[1])
+            for time in self.changes_of(wheel)
+        ]  # fmt: skip
+        both = np.vstack([np.array(rows).reshape(-1, contract.EVENT_COLUMNS), self.events])
+        both = both[np.argsort(both[:, contract.EVENT_TIME], kind="stable")]
+        return [happened.by_contact(both, contract.EVENT_KIND), stays]
+
+    def gentlest(self, units: FloatArray) -> float:
+        """Return the smallest rate of indentation at an event that is no jump of the path, in `units` of the wheels."""
+        events = self.events[~np.isin(self.events[:, contract.EVENT_TIME], self.changes)]
+        events[:, contract.EVENT_RATE] /= units[events[:, contract.EVENT_CONTACT].astype(np.int64)]
+        return happened.slowest(events)
 
     def impulses(self) -> FloatArray:
         """Return the impulse of each contact in each span, (spans, contacts), N s."""

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from wheeltapper.march.common import happened
+from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.common.telling import Tell, report_nothing
+from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import multibody, replay
 from wheeltapper.march.wagon.assembly import Assembly
 from wheeltapper.march.wagon.remembering import OverMarks
@@ -37,6 +40,16 @@ class Marched(multibody.MultibodyMarch):
         from wheeltapper.march.wagon.rails.replay import RailsReplay
 
         return RailsReplay(program, self)
+
+    def happened(self) -> list[FloatArray]:
+        """Return what happens to each contact, to each void and to each nonlinear element, in its order."""
+        pieces = self.steps[:, asm.STEP_ELEMENTS :].T[:, :, None]
+        met = [happened.by_contact(rows, contract.EVENT_KIND) for rows in (self.events, self.seat_events)]
+        return [*met, *(happened.without_repeats(one) for one in pieces)]
+
+    def gentlest(self) -> float:
+        """Return the smallest rate of indentation at an event, m/s."""
+        return happened.slowest(self.events)
 
 
 def march(program: Assembly | OnRails | OverMarks, tell: Tell = report_nothing) -> Marched:

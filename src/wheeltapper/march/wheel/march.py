@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from wheeltapper.march.common import happened
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.common.telling import Tell, report_nothing
@@ -44,6 +45,23 @@ class Marched(single.March):
         last = self.steps[after] if after < len(self.steps) else self.state
         law, made = self.program.law, functions_of_energy(len(self.program.law) > 0)
         balance.balance_kernel(self.pieces, self.program.numbers, law, self.steps[first:after], last, sums, made)
+
+    def happened(self) -> list[FloatArray]:
+        """Return what happens to the contact, to the wheel on a deck and to the damper's end, each in its order."""
+        held = [contract.PHASE, contract.ON_DECK, *range(contract.END_MODE, self.steps.shape[1])[:1]]
+        return [
+            self.events[:, [contract.EVENT_KIND, contract.EVENT_CAUSE]], happened.without_repeats(self.steps[:, held]),
+            self.stops[:, [contract.STOP_KIND, contract.STOP_SIDE]],
+        ]  # fmt: skip
+
+    def gentlest(self) -> float:
+        """Return the smallest rate of indentation at an event that is no jump of the path."""
+        return happened.slowest(self.events[self.events[:, contract.EVENT_CAUSE] == 0.0])
+
+    def last_motion(self) -> FloatArray:
+        """Return displacement and velocity of the wheel, and of the deck, at the end."""
+        row = self.at(self.state[[contract.TIME]])[0]
+        return np.asarray(row[[dense.OUT_WHEEL_Y, dense.OUT_WHEEL_V, dense.OUT_DECK_Y, dense.OUT_DECK_V]])
 
 
 def march(program: contract.Program, tell: Tell = report_nothing, motion: FloatArray | None = None) -> Marched:
