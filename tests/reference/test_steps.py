@@ -242,6 +242,22 @@ def test_coefficients_of_steps_in_time_are_those_of_50_digits(terms):
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("order", [12, *slow_but([20])])
+def test_how_far_a_step_goes_beyond_what_the_surface_bears_is_that_of_50_digits(order):
+    rng = np.random.default_rng([order, 3])
+    for degree in (8, 3):
+        S, mp = np.zeros(layout.SCRATCH), mpmath.mpf
+        S[layout.T + 1 : layout.T + order] = rng.uniform(0.2, 1, order - 1) * 0.5 ** np.arange(order - 1)
+        S[layout.U : layout.U + order] = rng.uniform(-1, 1, order) * 0.5 ** np.arange(order)
+        S[layout.HERE_BEARS_DEGREE] = degree
+        S[layout.HERE_BEARS : layout.HERE_BEARS + 9] = rng.uniform(-1, 1, 9)
+        t, u = (Truncated([mp(x) for x in S[row : row + order]]) for row in (layout.T, layout.U))
+        bears = [mp(x) for x in S[layout.HERE_BEARS : layout.HERE_BEARS + degree + 1]]
+        exact = [float(product(u, u, n) - composed(bears, t, n)) for n in range(order)]
+        written.interpreted(scalar.yielding_source(order))(S, S[:, None], 0.0, 0, S[:, None], S)
+        np.testing.assert_allclose(S[layout.TREND : layout.TREND + order], exact, rtol=1e-14, atol=2e-15)
+
+
 def put_in_lane(i, numbers, pieces, S, L):
     """The same step in a lane, as marches in lanes put it there."""
     state, row, lift = S[layout.STATE :], pieces[0], numbers[program.LIFT]

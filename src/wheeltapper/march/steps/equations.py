@@ -163,6 +163,17 @@ def contact(terms: Terms) -> Tape:
     return tape
 
 
+def yielding(order: int) -> Tape:
+    """Return the tape of how far the indentation of a step in contact is beyond what the surface bears, `beyond`.
+
+    The time t and u are those of the step, as they were found.
+    """
+    tape = Tape()
+    t, u = tape.polynomial("t", order, first=1), tape.polynomial("u", order)
+    tape.named("beyond", tape.product(u, u) - tape.of_time("bears", "c", MAX_DEGREE, t))
+    return tape
+
+
 def powers(terms: Terms | Free) -> Tape:
     """Return the tape of a step with two further series: the power that dampers take, `lost`, and `power`.
 

@@ -12,7 +12,7 @@ from typing import cast
 
 import numpy as np
 
-from wheeltapper.march.common.program import MAX_DEGREE, TERMS
+from wheeltapper.march.common.program import TERMS
 
 
 def int64_positions(values: Iterable[int]) -> tuple[int, ...]:
@@ -28,9 +28,7 @@ T, U, W, Y, Z, N, TREND, CLEAR, WORK, SCALED, SHIFTED, DEPTH, WHEEL_Y, WHEEL_V, 
 """Beside the motion: the contact force, what a root is sought of, the indentation in flight; the indentation of a
 virgin surface; and where a damper has an end of its own, the wheel's displacement and velocity in contact and the
 bush's deflection. The others are room."""
-HORNER_BEARS, HERE = int64_positions((15 * WIDTH, (15 + MAX_DEGREE + 1) * WIDTH))
-"""MAX_DEGREE + 1 rows for what the surface bears; then the present piece as functions of time."""
-(FLIGHT_ORDER,) = int64_positions([22])
+HERE, FLIGHT_ORDER = int64_positions((15 * WIDTH, 22))
 
 # The present piece: polynomial in (t - t0), harmonic, factor, residual indentation, what the surface bears; then of the
 # plastic law that holds: number of terms (0: it is elastic), centre, scale, and the terms. Then of a damper's end its

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from wheeltapper.march.steps import common
 from wheeltapper.march.steps.derive import coefficients, needed, quick_coefficients
-from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms, contact, free
+from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms, contact, free, yielding
 from wheeltapper.march.steps.layout import FLIGHT_ORDER
 
 LOGGED = {
@@ -192,6 +192,16 @@ def free_source(terms: Free) -> str:
     body += [*needed(coefficients(free(terms), order), _names(rows)), *_stored(rows)]
     says = f"Put the series of a step in time ({terms.name.replace('_', ', ')}) in S."
     return _function(f"{terms.name}_{order}", says, [*body, "return 0.0, 0.0, 0.0, 0.0, False"])
+
+
+def yielding_source(order: int) -> str:
+    """Return the function that puts in TREND how far a step that was made goes beyond what the surface bears."""
+    body = [f"{name}{n} = S[{name.upper()} + {n}]" for name in "tu" for n in range(order)]
+    body += common.given_polynomial("c", "S[HERE_BEARS", "S[HERE_BEARS_DEGREE]")
+    rows = {"TREND": ("beyond", order - 1)}
+    body = [*needed([*body, *coefficients(yielding(order), order - 1)], _names(rows)), *_stored(rows)]
+    says = "Find how far the indentation is beyond that at which the surface yields."
+    return _function(f"yielding_{order}", says, [*body, "return 0.0, 0.0, 0.0, 0.0, False"])
 
 
 def _function(name: str, says: str, body: list[str]) -> str:

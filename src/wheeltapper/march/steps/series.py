@@ -12,7 +12,6 @@ from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.kernel import uncounted_kernel
 from wheeltapper.march.common.program import DECK_V, DECK_Y, ON_DECK, PHASE, PIECE, SHIFT, TIME, FloatArray
 from wheeltapper.march.steps import layout
-from wheeltapper.march.steps.layout import T
 
 NO_PIECE = -1
 """Stands for a piece of the plastic law where the contact is elastic."""
@@ -93,15 +92,6 @@ def residual_at(after: float, S: FloatArray) -> float:
 def borne_at(after: float, S: FloatArray) -> float:
     """Return the indentation at which the surface as it is yields at a time after the step's start."""
     return mark_at(after, layout.HERE_BEARS_DEGREE, layout.HERE_BEARS, S)
-
-
-@uncounted_kernel
-def borne_series(order: int, S: FloatArray) -> None:
-    """Compose the indentation at which the surface yields with t(s), in row HORNER_BEARS."""
-    degree = int(S[layout.HERE_BEARS_DEGREE])
-    _start_horner(layout.HERE_BEARS, degree, layout.HORNER_BEARS, S)
-    for n in range(1, order):
-        _next_horner(n, degree, layout.HORNER_BEARS, S)
 
 
 @uncounted_kernel
@@ -208,21 +198,3 @@ def harmonic_at(amp_sin: float, amp_cos: float, omega: float, phase: float) -> t
         return 0.0, 0.0
     s, c = sin(phase), cos(phase)
     return amp_sin * s + amp_cos * c, omega * (amp_sin * c - amp_cos * s)
-
-
-@uncounted_kernel
-def _start_horner(first: int, degree: int, rows: int, S: FloatArray) -> None:
-    """Set order zero of the nested series of the polynomial S[first + k] composed with t(s), t(0) = 0."""
-    for k in range(degree + 1):
-        S[rows + k * layout.WIDTH] = S[first + k]
-
-
-@uncounted_kernel
-def _next_horner(n: int, degree: int, rows: int, S: FloatArray) -> None:
-    """Advance the nested series to order n: R^k_n = Σ_{j=1..n} t_j·R^{k+1}_{n-j}."""
-    S[rows + degree * layout.WIDTH + n] = 0.0
-    for k in range(degree - 1, -1, -1):
-        total = 0.0
-        for j in range(1, n + 1):
-            total += S[T + j] * S[rows + (k + 1) * layout.WIDTH + n - j]
-        S[rows + k * layout.WIDTH + n] = total

@@ -144,9 +144,9 @@ class Tape:
         """Return the series with a name."""
         return self._called[name]
 
-    def polynomial(self, name: str, degree: int) -> Series:
+    def polynomial(self, name: str, degree: int, first: int = 0) -> Series:
         """Return a series of which all coefficients are known when the step begins."""
-        return self._new(Series(name, last=degree, is_early=True))
+        return self._new(Series(name, first, last=degree, is_early=True))
 
     def rate(self, state: Series, rate: Term) -> None:
         """Set the derivative of a state."""

@@ -12,6 +12,7 @@ from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_
 from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms
 from wheeltapper.march.steps.held_end import damper_ends
+from wheeltapper.march.steps.layout import int64_positions
 from wheeltapper.march.steps.steplength import SLOW
 
 PATHS = (FLAT, WAVE, BENT)
@@ -32,7 +33,9 @@ FREE = tuple(
     Free(bonded, deck, end) for bonded, end in ((False, False), (True, False), (False, True)) for deck in (False, True)
 )
 """What a step in time may have, by the number of its function, counted from FLIES."""
-ONE_WHEEL = FLIES + len(FREE)
+(BEGINS_TO_YIELD,) = int64_positions([FLIES + len(FREE)])
+"""The number of the function that tells where a surface begins to yield that does not bear the same everywhere."""
+ONE_WHEEL = int(BEGINS_TO_YIELD) + 1
 """How many functions one wheel has."""
 TURNED = OF_ENDED + sum(not terms.end for terms in FREE)
 """How many functions differentiate its steps: of elastic contacts, then of steps in time without a damper's end."""
@@ -123,6 +126,8 @@ def variants_over(numbers: FloatArray, pieces: FloatArray, yields: bool) -> int:
         out |= 1 << variant_of(numbers, pieces[i], False)
         if yields:
             out |= 1 << variant_of(numbers, pieces[i], True)
+            if pieces[i, contract.BEARS_DEGREE] > 0.0:
+                out |= 1 << BEGINS_TO_YIELD
         if numbers[contract.MEMORY] != 0.0:  # over what a contact leaves of its spot there is a factor on the force
             out |= 1 << (variant_of(numbers, pieces[i], False) // OF_LOSSY * OF_LOSSY + OVER_BENT)
     return out

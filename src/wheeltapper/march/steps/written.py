@@ -47,7 +47,9 @@ def source(number: int, order: int) -> str:
     """Return the source of a function for one wheel."""
     if number < FLIES:
         return scalar.source(VARIANTS[number], order)
-    return scalar.free_source(FREE[number - FLIES])
+    if number < variants.BEGINS_TO_YIELD:
+        return scalar.free_source(FREE[number - FLIES])
+    return scalar.yielding_source(order)
 
 
 def source_in_lanes(number: int, order: int) -> str:

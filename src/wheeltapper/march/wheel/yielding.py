@@ -31,10 +31,10 @@ from wheeltapper.march.common.kernel import uncounted_kernel
 from wheeltapper.march.common.program import PHASE, PIECE, TIME, A, B, FloatArray
 from wheeltapper.march.steps import layout
 from wheeltapper.march.steps.layout import COUNT, MARK, STATE, T, U, W
-from wheeltapper.march.steps.series import NO_PIECE, borne_at, borne_series, enter_law, law_at, residual_at
+from wheeltapper.march.steps.series import NO_PIECE, borne_at, enter_law, law_at, residual_at
 from wheeltapper.march.wheel.events import follow_force, log_event
 from wheeltapper.march.wheel.roots import NONE, evaluate, evaluate_derivative, first_root
-from wheeltapper.march.wheel.step import NOTHING, contact_advance
+from wheeltapper.march.wheel.step import NOTHING, begin_to_yield, contact_advance
 
 YIELDS, GOES_ON, UNLOADS = 6, 7, 8
 """What else ends a step: the contact begins to yield, goes over to another piece of the law, or unloads."""
@@ -122,16 +122,14 @@ def _indentation_crossing(square: float, order: int, length: float, direction: f
 
 
 @uncounted_kernel
-def _meets_yield(order: int, length: float, direction: float, S: FloatArray) -> float:
+def _meets_yield(
+    pieces: FloatArray, numbers: FloatArray, length: float, direction: float, S: FloatArray
+) -> float:  # fmt: skip
     """Return where in the step the surface begins to yield (direction 1) or to unload (-1); NONE where it does not."""
+    order = int(numbers[contract.ORDER])
     if S[layout.HERE_BEARS_DEGREE] == 0.0:
         return _indentation_crossing(S[layout.HERE_BEARS], order, length, direction, S)
-    borne_series(order, S)
-    for k in range(order):
-        square = 0.0
-        for j in range(k + 1):
-            square += S[U + j] * S[U + k - j]
-        S[layout.TREND + k] = square - S[layout.HORNER_BEARS + k]
+    begin_to_yield(pieces, numbers, S)
     root = _first_directed_root(order - 1, length, direction, S[U] * S[U], S)
     if root == NONE:
         return NONE
@@ -167,16 +165,18 @@ def _may_yield(order: int, length: float, S: FloatArray) -> bool:
 
 
 @uncounted_kernel
-def _yielding_end(law: FloatArray, order: int, length: float, memory: bool, S: FloatArray) -> tuple[float, int, int]:
+def _yielding_end(
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray, length: float, S: FloatArray
+) -> tuple[float, int, int]:
     """Return where the piece of the law that holds ends in a step, what ends it, and which piece follows."""
-    piece = int(S[STATE + PHASE]) - contract.YIELDING
+    piece, order = int(S[STATE + PHASE]) - contract.YIELDING, int(numbers[contract.ORDER])
     first, last = _stretch_of(piece, law)
     end, what, follows = length, NOTHING, piece
     if last + 1 < law.shape[0]:
         root = _meets_border(law[last + 1, contract.LAW_START], order, end, 1.0, S)
         if root != NONE:
             end, what, follows = root, GOES_ON, last + 1
-    if memory:
+    if numbers[contract.MEMORY] != 0.0:
         if S[W] < 0.0 or (S[W] == 0.0 and S[W + 1] <= 0.0):
             return 0.0, UNLOADS, piece
         root, _ = first_root(S, W, order, 0.0, end, -1.0, 0.0)
@@ -187,7 +187,7 @@ def _yielding_end(law: FloatArray, order: int, length: float, memory: bool, S: F
         root = _meets_border(law[first, contract.LAW_START], order, end, -1.0, S)
         if root != NONE:
             end, what, follows = root, GOES_ON, first - 1
-    root = _meets_yield(order, end, -1.0, S)
+    root = _meets_yield(pieces, numbers, end, -1.0, S)
     if root != NONE:
         end, what, follows = root, GOES_ON, NO_PIECE
     return end, what, follows
@@ -254,9 +254,9 @@ def yielding_reach(
     reach, t, u, w, turns = contact_advance(pieces, numbers, until, steps.shape[0] - 1, steps, S)
     length, what, follows = reach, NOTHING, NO_PIECE
     if S[layout.HERE_LAW_TERMS] != 0.0:
-        length, what, follows = _yielding_end(law, order, reach, memory, S)
+        length, what, follows = _yielding_end(pieces, numbers, law, reach, S)
     elif _may_yield(order, reach, S):
-        root = _meets_yield(order, reach, 1.0, S)
+        root = _meets_yield(pieces, numbers, reach, 1.0, S)
         slow = HARDLY_YIELDS * sqrt(numbers[contract.TOLERANCE])
         if root != NONE and not (memory and evaluate(S, W, order, root) < slow):
             length, what = root, YIELDS
