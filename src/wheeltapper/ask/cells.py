@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.beyond_trains import others_of
-from wheeltapper.ask.computed import EXACT, GRAZING, NEAR_CHAOTIC, STATUS_OF_MARCH, ComputedCells, last_events
+from wheeltapper.ask.computed import STATUS_OF_MARCH, ComputedCells, last_events, trust_of
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Shared, shared_notes
@@ -104,12 +104,9 @@ def _computed_values(asked: Study, many: LoweredCells, threads: int) -> Computed
 
 def _computed_gradients(asked: Study, many: LoweredCells, threads: int) -> ComputedCells:
     from wheeltapper.ask.sensitivity import feature_slopes
-    from wheeltapper.march.wheel.tangent import GRAZING as GENTLE
 
     found = feature_slopes(many, asked.gradient, asked.features, threads)
-    trust = np.where(
-        found.gentlest < GENTLE, GRAZING, np.where(found.amplification > asked.chaos_limit, NEAR_CHAOTIC, EXACT)
-    )
+    trust = trust_of(found.gentlest, found.amplification, asked.chaos_limit)
     return ComputedCells(
         found.values, STATUS_OF_MARCH[found.status], found.gradient, trust, found.amplification,
         shared_notes((*many.notes, *found.notes)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,10 @@ STATUS_OF_MARCH[[layout.CHATTERS, layout.UNSOLVED]] = CHATTERING, UNSOLVED
 STATUS_OF_MARCH[[assembly.DERAILED, balanced.UNBALANCED, contract.FULL]] = DERAILED, UNBALANCED, FULL
 # How far a gradient can be trusted.
 EXACT, GRAZING, NEAR_CHAOTIC, NOT_DIFFERENTIABLE = range(4)
+GENTLE = 1e-3
+"""Scaled rate of indentation at a loss or an impact, or distance of the motion from u = w = 0, below which a derivative
+means nothing; where Hunt and Crossley's force ends or begins while indented, the rate at which that rate passes its
+limit. The unit is the static indentation over the time in which a wheelset on its contacts turns by one radian."""
 TRUST = ("exact", "grazing", "near_chaotic")
 TRUST_BY_DIFFERENCES = ("by_differences", "grazing", "near_chaotic", "not_differentiable")
 """The same for cells whose derivatives are differences of runs; the first has its error beside."""
@@ -120,6 +125,11 @@ class ComputedCells:
             np.full(1, np.nan), tuple(Shared(Note(f"cannot be computed: {error}", "refused"), 1) for error in why), why,
             unknown if asked.by_differences else None,
         )  # fmt: skip
+
+
+def trust_of(gentlest: Any, amplification: Any, chaos_limit: float) -> IntArray:
+    """Return how far gradients can be trusted, by their gentlest events and the growth of small changes."""
+    return np.where(gentlest < GENTLE, GRAZING, np.where(amplification > chaos_limit, NEAR_CHAOTIC, EXACT))
 
 
 def last_events(asked: Study) -> tuple[int, int]:

@@ -34,9 +34,6 @@ if TYPE_CHECKING:
     from wheeltapper.march.general.turned import SystemTurn
 
 FloatArray = NDArray[np.float64]
-GRAZING = 1e-3
-"""Rate of indentation at an event, in static indentations and the time sqrt(m·δ0/N0), below which a derivative means
-nothing."""
 OF_TIME, OF_SIZE = range(2)
 
 
@@ -80,15 +77,11 @@ def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:
                 feature = asked.features[row]
                 if feature.differentiable and np.any(np.isnan(slope) & ~np.isnan(value)):
                     unknown.setdefault(feature.name, []).append(asked.gradient[lane])
-    trust = status_of.EXACT
-    if _gentlest(lowered, marched) < GRAZING:
-        trust = status_of.GRAZING
-    elif amplification > asked.chaos_limit:
-        trust = status_of.NEAR_CHAOTIC
+    trust = status_of.trust_of(lowered.gentlest(marched), amplification, asked.chaos_limit)
     each = *asked.wheel_shape, 1
     return ComputedCells(
         values.reshape(len(asked.features), *each), status_of.STATUS_OF_MARCH[[marched.status]],
-        gradient.reshape(len(asked.features), len(turns), *each), np.array([trust]), np.array([amplification]),
+        gradient.reshape(len(asked.features), len(turns), *each), trust[None], np.array([amplification]),
         (
             *(Shared(note, 1) for note in (*record.notes, *(_unknown_note(*one) for one in unknown.items()))),
             *notes_of_cells(trains.notes, wheels),
@@ -137,22 +130,9 @@ def _tilted(trains: Trains, rates: Rates, ends: float, static: FloatArray) -> Tr
     return replace(trains, marched=marched._replace(**changed), units=units)
 
 
-def _gentlest(lowered: LoweredOnRails, marched: Marched) -> float:
-    """Return the smallest rate of indentation at an event, scaled."""
-    of_contact = marched.events[:, contract.EVENT_CONTACT].astype(np.int64)
-    rates = np.abs(marched.events[:, contract.EVENT_RATE]) / _speed_units(lowered, marched)[of_contact]
-    return float(rates.min(initial=np.inf))
-
-
-def _speed_units(lowered: LoweredOnRails, marched: Marched) -> FloatArray:
-    """Return δ0 over the time sqrt(m·δ0/N0) of each wheelset, m/s."""
-    mass = np.diag(lowered.plane.mass)[: len(lowered.static_force)]
-    return np.sqrt(marched.static_indentation * lowered.static_force / mass)
-
-
 def _amplification(lowered: LoweredOnRails, marched: Marched, found: Tangents) -> float:
     """Return how much a small change of the start has grown at the end: of all wheels' heights or velocities alike."""
-    length, speed = marched.static_indentation, float(_speed_units(lowered, marched).mean())
+    length, speed = marched.static_indentation, float(lowered.speeds(marched).mean())
     freedoms = len(lowered.plane.freedoms)
     scale = np.repeat([length, speed], [freedoms, found.of_starts.shape[1] - freedoms])
     grown = found.of_starts / scale * np.array([[length], [speed]])

@@ -28,9 +28,6 @@ if TYPE_CHECKING:
     from wheeltapper.record.features import Feature
 
 FloatArray = NDArray[np.float64]
-GRAZING = 1e-3
-"""Rate of indentation at an event, in static indentations and the time in which a wheelset on its contacts turns by one
-radian of phase, below which a derivative means little."""
 OTHER_ORDER = (
     "as little as that changes, other things happen, or in another order: losses, impacts, onsets of yield, stops and "
     "corners of elements, friction that slips or sticks, voids that close"
@@ -55,10 +52,7 @@ def slopes_of_records(
     def begin(cell: int) -> None:
         bases[cell] = finer_run(scenarios[cell], smooth)
         gentlest, growth[cell] = gentlest_and_growth(bases[cell])
-        if gentlest < GRAZING:
-            trust[cell] = status_of.GRAZING
-        elif growth[cell] > asked.chaos_limit:
-            trust[cell] = status_of.NEAR_CHAOTIC
+        trust[cell] = status_of.trust_of(gentlest, growth[cell], asked.chaos_limit)
 
     def differentiate(task: tuple[int, int]) -> None:
         cell, number = task

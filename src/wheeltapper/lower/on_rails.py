@@ -132,7 +132,7 @@ class LoweredOnRails:
 
     def beside(self, march: Marched, in_velocity: bool) -> tuple[LoweredOnRails, float]:
         """Return the same with a small change of the start of this march, and the size of the change, scaled."""
-        task, speeds = self.program, self._speeds(march)
+        task, speeds = self.program, self.speeds(march)
         bodies, wheels = task.system.bodies, len(self.static_force)
         began, freedoms = march.start, len(bodies.mass)
         height = began[:wheels] + march.sinking[:wheels]  # below that of first touch
@@ -143,15 +143,15 @@ class LoweredOnRails:
 
     def gentlest(self, march: Marched) -> float:
         """Return the smallest rate of indentation at an event of a march, scaled."""
-        return march.gentlest(self._speeds(march))
+        return march.gentlest(self.speeds(march))
 
     def scaled_end(self, march: Marched) -> FloatArray:
         """Return the scaled state at the end of a march."""
-        scale = np.full(len(march.state), float(self._speeds(march).mean()))
+        scale = np.full(len(march.state), float(self.speeds(march).mean()))
         scale[: len(self.plane.freedoms)] = march.static_indentation
         return np.asarray(march.state / scale)
 
-    def _speeds(self, march: Marched) -> FloatArray:
+    def speeds(self, march: Marched) -> FloatArray:
         """Return the static indentation δ0 over the time sqrt(m·δ0/N0) of each wheelset, m/s."""
         mass = np.diag(self.plane.mass)[: len(self.static_force)]
         return np.sqrt(march.static_indentation * self.static_force / mass)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Marched(multibody.MultibodyMarch):
-    """A march of a wagon, in SI units; `assembly` is what was marched."""
+    """A march of a wagon, in SI units; its methods are given the assembly that was marched."""
 
     __slots__ = ()
 

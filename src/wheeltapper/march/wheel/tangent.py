@@ -37,10 +37,6 @@ from wheeltapper.march.wheel.tangent_lanes import LINK_ROWS, Links, follow_link,
 from wheeltapper.march.wheel.tangent_peaks import is_inside, peaks_inside
 from wheeltapper.march.wheel.tangent_samples import sample_point, sample_tangents
 
-GRAZING = 1e-3
-"""Distance of the motion from u = w = 0 (scaled) below which a derivative means nothing. The same limit holds for the
-indentation rate at a loss or an impact. Where Hunt and Crossley's force ends or begins while indented, it holds for the
-rate at which the indentation rate passes its limit."""
 NEAR_GRAZING = 0.1
 """Distance from u = w = 0 (scaled) below which a contact step is examined."""
 
@@ -350,7 +346,7 @@ def tangent_kernel(
     made: Made, along: Changes, rates: Rates, highest_time: float, times: FloatArray, samples: FloatArray,
     S: FloatArray, D: FloatArray, tallied: bool | None,
 ) -> float:  # fmt: skip
-    """Carry the tangents along all steps; return how near the motion comes to grazing: GRAZING says what is too near.
+    """Carry the tangents along all steps; return how near the motion comes to grazing, that is to u = w = 0.
 
     `tallied` is True or None: True writes the derivatives of the wheel's position at `highest_time`, and of the
     impulses, too. Also written are the motion and its derivatives at rising `times`, (times, QUANTITIES, SAMPLED).
