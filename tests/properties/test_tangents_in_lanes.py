@@ -10,7 +10,7 @@ from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import LoweredCells
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import Program
-from wheeltapper.march.steps.layout import SCRATCH
+from wheeltapper.march.steps.layout import TURNED_ROWS
 from wheeltapper.march.steps.tangent_path import LANES
 from wheeltapper.march.steps.written import scratch_of_cells
 from wheeltapper.march.wheel import gradients
@@ -58,7 +58,7 @@ def alone(cells, turns, cell):
     rates = Rates(of_events, of_peaks, np.zeros((4, LANES)), np.zeros(LANES), np.zeros((0, LANES)))
     no_times, no_samples = np.zeros(0), np.zeros((0, gradients.QUANTITIES, gradients.SAMPLED))
     S = scratch_of_cells(cells.numbers, cells.pieces, turned=True, lossy=True)
-    gentlest = tangent_kernel(made, along, rates, 0.0, no_times, no_samples, S, np.zeros((SCRATCH, LANES)), None)
+    gentlest = tangent_kernel(made, along, rates, 0.0, no_times, no_samples, S, np.zeros((TURNED_ROWS, LANES)), None)
     return found, of_events, of_peaks, gentlest
 
 

@@ -17,7 +17,7 @@ from wheeltapper.lower.build import lower
 from wheeltapper.march.common import program
 from wheeltapper.march.common.kernel import FASTMATH
 from wheeltapper.march.steps import lane_rows as at
-from wheeltapper.march.steps import lanes, layout, powers, scalar, series, tangents, variants, written
+from wheeltapper.march.steps import lanes, layout, powers, scalar, series, tangent_path, tangents, variants, written
 from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms
 from wheeltapper.march.steps.variants import FREE, OF_ENDED, OF_YIELDING, VARIANTS
 from wheeltapper.march.wheel.single import march
@@ -410,59 +410,100 @@ def test_flights_in_lanes_are_those_of_50_digits(deck, end):
             np.testing.assert_allclose(ours, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
 
 
-TURNED = {
-    "TIME": "TIME", "U": "U0", "W": "W0", "K": "K", "G": "G", "LOAD": "LOAD", "AMP_SIN": "AMP_SIN",
-    "AMP_COS": "AMP_COS", "OMEGA": "OMEGA", "ETA": "ETA", "DECK_Y": "DECK_Y", "DECK_V": "DECK_V",
-    "PRESTRESS": "PRESTRESS", "DECK_STIFF": "DECK_STIFF", "DECK_DRAG": "DECK_DRAG", "SHARE": "SHARE",
-}  # fmt: skip
-"""Rows of what changes along a direction, and of what it is the change of."""
+STARTS = {"TIME": program.TIME, "U": program.A, "W": program.B, "DECK_Y": program.DECK_Y, "DECK_V": program.DECK_V}
+"""What a step begins with: rows of its changes, and its columns."""
+TURNED = ("STIFFNESS", "DAMPING", "PACE", "LIFT"), ("DECK_MASS", "DECK_STIFFNESS", "DECK_DAMPING", "PRESTRESS")
+"""Numbers that change along a direction, and those of a deck."""
 
 
-def ends_of_steps(base, L, rows):
-    """Time, u, w and the deck's motion at the ends of eight steps of known length."""
-    L = L.copy()
-    base(L)
-    ends = np.array([L[row : row + 8] for row in rows])
-    ends[0] += L[at.LANE_TIME : at.LANE_TIME + 8]
-    return L, ends
+def direction(rng, terms):
+    """How numbers, a piece of the path and a state change."""
+    numbers, piece, state = np.zeros(program.NUMBERS), np.zeros(program.MARKED_COLUMNS), np.zeros(layout.SCRATCH)
+    names = TURNED[0] + TURNED[1] * terms.deck + ("HYSTERESIS",) * terms.hysteresis
+    numbers[[getattr(program, name) for name in names]] = rng.uniform(-1, 1, len(names))
+    many = program.TERMS if terms.path == BENT else 1
+    for first, last in ((program.CENTRE, 1), (program.COEFFICIENT, many), (program.FACTOR, many * (many > 1))):
+        piece[first : first + last] = 0.1 * rng.uniform(-1, 1, last)
+    if terms.path != FLAT:
+        piece[[program.SINE, program.COSINE, program.WAVENUMBER]] = rng.uniform(-1, 1, 3)
+    columns = [*STARTS.values()][: 5 if terms.deck else 3]
+    state[[layout.STATE + column for column in (*columns, program.SHIFT)]] = rng.uniform(-1, 1, len(columns) + 1)
+    return numbers, piece, state
 
 
 @pytest.mark.parametrize("order", [12, *slow_but([20])])
 @pytest.mark.parametrize("terms", VARIANTS[:OF_ENDED], ids=lambda terms: terms.name)
 def test_tangents_of_steps_in_lanes_are_differences_of_their_ends(terms, order):
     rng = np.random.default_rng([LANED.index(terms), 6])
-    L, _ = eight(rng, terms)
-    L[at.LANE_LENGTH : at.LANE_LENGTH + 8] = np.linspace(0.05, 0.3, 8)
-    change, time = np.zeros(len(L)), L[at.LANE_TIME : at.LANE_TIME + 8].copy()
-    for turn, row in TURNED.items():
-        if (terms.deck or turn not in list(TURNED)[10:]) and (terms.hysteresis or turn != "ETA"):
-            first, of = getattr(at, f"LANE_{row}"), getattr(at, f"LANE_OF_{turn}")
-            change[first : first + 8] = L[of : of + 8] = rng.uniform(-1, 1, 8)
-    phase = rng.uniform(-1, 1, 8)
-    change[at.LANE_OFFSET : at.LANE_OFFSET + 8] = -phase / (2 * np.pi)
-    L[at.LANE_OF_PHASE : at.LANE_OF_PHASE + 8] = phase
-    L[at.LANE_OFFSET : at.LANE_OFFSET + 8] -= L[at.LANE_RATE : at.LANE_RATE + 8] * time  # counted from the start
-    L[at.LANE_OFFSET : at.LANE_OFFSET + 8] += L[at.LANE_OMEGA : at.LANE_OMEGA + 8] * time / (2 * np.pi)
-    L[at.LANE_RATE : at.LANE_RATE + 8] = L[at.LANE_OMEGA : at.LANE_OMEGA + 8] / (2 * np.pi)
-    if terms.path == BENT:
-        pace, ahead = rng.uniform(-1, 1, 8), rng.uniform(-1, 1, 8)
-        change[at.LANE_PACE : at.LANE_PACE + 8] = L[at.LANE_OF_PACE : at.LANE_OF_PACE + 8] = pace
-        change[at.LANE_ORIGIN : at.LANE_ORIGIN + 8] = pace * time - ahead
-        L[at.LANE_OF_AHEAD : at.LANE_OF_AHEAD + 8] = ahead
-        for block in ("PATH", "FACTOR"):
-            first, of, many = getattr(at, f"LANE_{block}"), getattr(at, f"LANE_OF_{block}"), 8 * program.TERMS
-            change[first : first + many] = L[of : of + many] = 0.1 * rng.uniform(-1, 1, many)
-        written.interpreted(tangents.turn_source())(L)
+    numbers, _, _ = drawn(rng, terms)
+    alone = [(numbers, *drawn(rng, terms)[1:]) for _ in range(8)]  # eight steps of one cell
+    of_numbers, _, _ = direction(rng, terms)
+    turns = [(of_numbers, *direction(rng, terms)[1:]) for _ in range(8)]
     base, along = (written.interpreted(code) for code in tangents.pair(terms, order))
     names = ("T", "U", "W", "DECK_Y", "DECK_V")[: 5 if terms.deck else 3]
-    rows = [getattr(at, f"LANE_{name}_END") for name in names]
-    based, _ = ends_of_steps(base, L, rows)
-    along(based)
-    found = np.array([based[row : row + 8] for row in (getattr(at, f"LANE_OF_{name}_END") for name in names)])
+
+    def after(far):
+        L = np.zeros(at.TANGENT_ENTRIES)
+        for i in range(8):
+            put_in_lane(i, *(one + far * of for one, of in zip(alone[i], turns[i], strict=True)), L)
+        L[at.LANE_LENGTH : at.LANE_LENGTH + 8] = np.linspace(0.05, 0.3, 8)
+        base(L)
+        ends = np.array([L[row : row + 8] for row in (getattr(at, f"LANE_{name}_END") for name in names)])
+        return L, ends + np.array([L[at.LANE_TIME : at.LANE_TIME + 8], *np.zeros((len(names) - 1, 8))])
+
+    L, _ = after(0.0)
+    L[at.LANE_NUMBERS : at.LANE_NUMBERS + program.NUMBERS] = numbers
+    L[at.LANE_OF_NUMBERS : at.LANE_OF_NUMBERS + program.NUMBERS] = of_numbers
+    if not terms.deck:
+        L[at.LANE_NUMBERS + program.DECK_MASS] = inf
+    for i, ((_, pieces, S), (_, piece, state)) in enumerate(zip(alone, turns, strict=True)):
+        for column in range(program.PIECE_COLUMNS):
+            L[at.LANE_PIECE + 8 * column + i] = pieces[0, column]
+            L[at.LANE_OF_PIECE + 8 * column + i] = piece[column]
+        L[at.LANE_SHIFT + i], L[at.LANE_OF_SHIFT + i] = (one[layout.STATE + program.SHIFT] for one in (S, state))
+        for name, column in STARTS.items():
+            L[getattr(at, f"LANE_OF_{name}") + i] = state[layout.STATE + column]
+    written.interpreted(tangents.turn_source(terms.path == BENT))(L)
+    along(L)
+    found = np.array([L[row : row + 8] for row in (getattr(at, f"LANE_OF_{name}_END") for name in names)])
     step = 1e-3
-    around = [ends_of_steps(base, L + k * step * change, rows)[1] for k in (-2, -1, 1, 2)]
-    expected = (around[0] - 8 * around[1] + 8 * around[2] - around[3]) / (12 * step)
+    ends = [after(k * step)[1] for k in (-2, -1, 1, 2)]
+    expected = (ends[0] - 8 * ends[1] + 8 * ends[2] - ends[3]) / (12 * step)
     np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-8)
+
+
+def test_the_path_about_a_step_changes_as_differences_say():
+    rng = np.random.default_rng(9)
+    terms = Terms(BENT)
+    numbers, pieces, S = drawn(rng, terms)
+    turns = [direction(rng, terms) for _ in range(8)]
+    D, table, bends = np.zeros((layout.TURNED_ROWS, 8)), np.arange(8), np.zeros((8, 1, program.MARKED_COLUMNS))
+    state, rows = S[layout.STATE :], slice(layout.HERE_POLY, layout.HERE_FACTOR + program.TERMS)
+    for lane, (turn, piece, start) in enumerate(turns):
+        D[layout.OF_NUMBERS : layout.CARRIED, lane], bends[lane, 0] = turn, piece
+        D[layout.CARRIED + tangent_path.DSHIFT, lane] = start[layout.STATE + program.SHIFT]
+    tangent_path.show_piece(pieces, bends, 0, table, state, state[program.TIME], S, D)
+    written.interpreted(tangents.turned_piece_source())(numbers, S, D)
+    written.interpreted(tangents.turned_joint_source())(numbers, S, D)
+    step = 1e-3
+    here = np.zeros((4, 8, layout.SCRATCH))
+    joints = np.zeros((4, 8, 2))
+    for n, k in enumerate((-2, -1, 1, 2)):
+        for lane, (turn, piece, start) in enumerate(turns):
+            shift = state[program.SHIFT] + k * step * start[layout.STATE + program.SHIFT]
+            moved = pieces + k * step * piece, numbers + k * step * turn
+            series.localise(*moved, 0, shift, state[program.TIME], here[n, lane])
+            joints[n, lane] = series.path_at(0.0, here[n, lane])[:2]
+    by_differences = [(x[0] - 8 * x[1] + 8 * x[2] - x[3]).T / (12 * step) for x in (here, joints)]
+    changing = [
+        row for row in range(rows.start, rows.stop) if row not in (layout.HERE_DEGREE, layout.HERE_FACTOR_DEGREE)
+    ]
+    np.testing.assert_allclose(D[changing], by_differences[0][changing], rtol=1e-8, atol=1e-8)
+    at_joint = D[[layout.JOINT_HEIGHT, layout.JOINT_VELOCITY]]
+    np.testing.assert_allclose(at_joint, by_differences[1], rtol=1e-8, atol=1e-8)
+    series.localise(pieces, numbers, 0, state[program.SHIFT], state[program.TIME], S)
+    values = S[[layout.JOINT_HEIGHT, layout.JOINT_VELOCITY, layout.JOINT_ACCELERATION, layout.JOINT_FACTOR]]
+    np.testing.assert_allclose(values, [*series.path_at(0.0, S), series.factor_at(0.0, S)[0]], rtol=1e-13)
 
 
 def test_sine_and_cosine_in_lanes_are_exact_to_rounding():
@@ -488,7 +529,7 @@ def test_sine_and_cosine_in_lanes_are_exact_to_rounding():
     [
         (0, 170), (variants.SHARPEN_FLIGHT, 40),
         *slow_but([(1, 250), (2, 500), (5, 500), (11, 800), (variants.ALONGS, 170), (variants.ALONGS + 2, 500)]),
-        *slow_but([(variants.TURN_PATH, 80), (variants.FLIGHTS + 1, 100)]), ("energies", 150),
+        *slow_but([(variants.TURN_BENT, 80), (variants.FLIGHTS + 1, 100)]), ("energies", 150),
     ],
 )  # fmt: skip
 def test_the_machine_code_of_the_lanes_is_packed(number, fewest):
@@ -497,7 +538,22 @@ def test_the_machine_code_of_the_lanes_is_packed(number, fewest):
     anew.compile("void(float64[::1])")
     (code,) = anew.inspect_asm().values()
     assert len(re.findall(r"\bvfn?m(?:add|sub)\d+pd\b", code)) >= fewest
-    assert not re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div)sd\b", code)
+    alone = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div)sd\b", code)
+    assert len(alone) <= (30 if number == variants.TURN_BENT else 0)  # what all lanes have in common, once
+
+
+@pytest.mark.skipif(
+    not llvm.get_host_cpu_features().get("fma", False) or bool(numba.config.DISABLE_JIT), reason="needs a CPU with FMA"
+)
+@pytest.mark.parametrize(
+    ("number", "fewest"), [(variants.TURN_PIECE, 80), *slow_but([(2, 500), (11, 800), (OF_ENDED, 40)])]
+)
+def test_the_machine_code_of_eight_directions_is_packed(number, fewest):
+    made = written.compiled(written.source_of_tangents(number, 12))
+    anew = numba.njit(error_model="numpy", fastmath=FASTMATH)(made.py_func)
+    anew.compile("void(float64[::1], float64[::1], float64[:,::1])")
+    (code,) = anew.inspect_asm().values()
+    assert len(re.findall(r"\bvfn?m(?:add|sub)\d+pd\b", code)) >= fewest
 
 
 BUMP = wt.Scenario(

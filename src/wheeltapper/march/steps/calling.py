@@ -22,7 +22,7 @@ ONE = types.Tuple((*(types.float64,) * 4, types.boolean))(
 """The type of a function that makes steps of one wheel (`scalar`)."""
 EIGHT = types.none(_FLOATS[1])
 """The type of a function that does something with eight cells at a time (`lanes`)."""
-TURNED = types.none(_FLOATS[1], _FLOATS[2], _FLOATS[2], _FLOATS[1], _FLOATS[2])
+TURNED = types.none(_FLOATS[1], _FLOATS[1], _FLOATS[2])
 """The type of a function that differentiates a step of one wheel (`tangents`)."""
 
 _known: list[Callable[..., Any]] = []
@@ -86,9 +86,9 @@ else:
         return types.none(address, L), generate
 
     @intrinsic  # type: ignore[misc]
-    def call_turned(typing: Any, address: Any, numbers: Any, turns: Any, carried: Any, S: Any, D: Any) -> Any:
+    def call_turned(typing: Any, address: Any, numbers: Any, S: Any, D: Any) -> Any:
         """Call a function that differentiates a step of one wheel."""
-        given = numbers, turns, carried, S, D
+        given = numbers, S, D
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             _call(context, builder, TURNED, given, values)

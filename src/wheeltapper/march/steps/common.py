@@ -75,6 +75,19 @@ def forcing(k: int) -> str:
     return total(out + ([f"{(k + 1) * (k + 2)}.0 * y{k + 2}"] if k + 2 <= MAX_DEGREE else []))
 
 
+def about_start(bent: bool) -> list[str]:
+    """Return the lines for a piece of the path about a step's start, from its numbers and where it stands.
+
+    With `bent` for its polynomials, too; without, y0 is its level.
+    """
+    out = ["away = pace * time - shift - centre", "phase = wavenumber * away", "omega = wavenumber * pace"]
+    out += ["amp_sin = lift * sine", "amp_cos = lift * cosine"]
+    if not bent:
+        return [*out, "y0 = lift * path0"]
+    out += ["at_y = away * per_scale", "rate_y = pace * per_scale", *(f"piece_y{k} = lift * path{k}" for k in POWERS)]
+    return [*out, *shifted("y", "piece_y"), "at_b = at_y", "rate_b = rate_y", *shifted("b", "factor")]
+
+
 def over_path(terms: Terms) -> list[str]:
     """Return the lines for a bent path about the step's start: at_y and rate_y say where on its piece that is."""
     if terms.path != BENT:

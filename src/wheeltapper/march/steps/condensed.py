@@ -24,7 +24,7 @@ from wheeltapper.march.steps.lane_rows import LANES
 FEWEST = 12
 """Assignments that are worth a call."""
 _OPERATIONS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul"}
-ARRAYS = {"L": 1, "S": 1, "D": LANES, "turns": LANES, "carried": LANES}
+ARRAYS = {"L": 1, "S": 1, "D": LANES}
 """Arrays of floats, and how many stand in a row: one, or one for each direction."""
 LANE = "i"
 """The only name that may stand in a place of an array beside constants: the lane."""

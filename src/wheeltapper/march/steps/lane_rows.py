@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from wheeltapper.march.common.program import TERMS
+from wheeltapper.march.common.program import NUMBERS, PIECE_COLUMNS, TERMS
 
 LANES = 8
 
@@ -70,16 +70,21 @@ PLAIN_NUMBERS, FIXED_NUMBERS, CELL_NUMBERS = CELL_QUADRATIC + 1, CELL_SHARE + 1,
 ) = range(LANE_ENTRIES, LANE_ENTRIES + 13 * LANES, LANES)  # fmt: skip
 LANE_LAW, LANE_RESIDUAL, ENERGY_ENTRIES = _row_starts(LANE_ENTRIES + 13 * LANES, TERMS, TERMS)
 # Tangents of eight steps of known length, one direction at a time: changes of the start; of what a kind of steps has;
-# of the place and the pace on a polynomial piece; of the harmonic's phase; of t, u, w and the deck's motion at the end.
+# of the harmonic's phase; of t, u, w and the deck's motion at the end.
 (
     LANE_OF_TIME, LANE_OF_U, LANE_OF_W, LANE_OF_DECK_Y, LANE_OF_DECK_V, LANE_OF_K, LANE_OF_G, LANE_OF_LOAD,
     LANE_OF_AMP_SIN, LANE_OF_AMP_COS, LANE_OF_OMEGA, LANE_OF_PHASE, LANE_OF_ETA, LANE_OF_PRESTRESS,
-    LANE_OF_DECK_STIFF, LANE_OF_DECK_DRAG, LANE_OF_SHARE, LANE_OF_AHEAD, LANE_OF_PACE, LANE_OF_T_END, LANE_OF_U_END,
-    LANE_OF_W_END, LANE_OF_DECK_Y_END, LANE_OF_DECK_V_END,
+    LANE_OF_DECK_STIFF, LANE_OF_DECK_DRAG, LANE_OF_SHARE, LANE_OF_T_END, LANE_OF_U_END, LANE_OF_W_END,
+    LANE_OF_DECK_Y_END, LANE_OF_DECK_V_END, LANE_SHIFT, LANE_OF_SHIFT,
 ) = range(LANE_ENTRIES, LANE_ENTRIES + 24 * LANES, LANES)  # fmt: skip
-# Changes of a piece's polynomials, path and factor, in powers of ξ; of the forcing and the factor about the step's
-# start in powers of time; and the coefficients of the steps' series that their tangents need.
+# What they are derived from (beside where the path stands, SHIFT): the columns of a piece of the path and their
+# changes, a row each; the numbers of the cell and their changes, one after the other, the same in all lanes. Then the
+# changes of the forcing and the factor about the step's start in powers of time; and the coefficients of the steps'
+# series that their tangents need.
 BASE_ROWS = 900
-LANE_OF_PATH, LANE_OF_FACTOR, LANE_OF_FORCING, LANE_OF_FACTOR_HERE, LANE_BASE, TANGENT_ENTRIES = _row_starts(
-    LANE_ENTRIES + 24 * LANES, TERMS, TERMS, TERMS, TERMS, BASE_ROWS
-)
+(
+    LANE_PIECE, LANE_OF_PIECE, LANE_NUMBERS, LANE_OF_NUMBERS, LANE_OF_FORCING, LANE_OF_FACTOR_HERE, LANE_BASE,
+    TANGENT_ENTRIES,
+) = _row_starts(
+    LANE_ENTRIES + 24 * LANES, PIECE_COLUMNS, PIECE_COLUMNS, *[-(-NUMBERS // LANES)] * 2, TERMS, TERMS, BASE_ROWS
+)  # fmt: skip

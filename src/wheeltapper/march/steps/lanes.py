@@ -6,6 +6,7 @@ offset that is known when it is compiled (lane_rows.py): then LLVM turns the lan
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import comb, factorial
 
 from wheeltapper.march.common.program import DEFAULT_ORDER, MAX_DEGREE
@@ -30,9 +31,9 @@ _END = {"e0": "LANE_BUSH_Y", "bush": "LANE_BUSH", "bush_rate": "LANE_BUSH_RATE",
 _LAW = {"centre_law": "LANE_LAW_CENTRE", "rate_law": "LANE_LAW_RATE"}
 
 
-def function(name: str, says: str, body: list[str]) -> str:
-    """Return the source of a function that does the same in all lanes."""
-    out = [f"def {name}(L):", f'    """{says}"""', "    for i in range(8):"]
+def function(name: str, says: str, body: list[str], before: Iterable[str] = ()) -> str:
+    """Return the source of a function that does the same in all lanes, and something before."""
+    out = [f"def {name}(L):", f'    """{says}"""', *(f"    {line}" for line in before), "    for i in range(8):"]
     return "\n".join([*out, *("        " + line for line in body), ""])
 
 

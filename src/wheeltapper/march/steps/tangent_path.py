@@ -1,6 +1,7 @@
-"""Tangents of the path and of the contact's factor, in the local form of one step.
+"""Tangents of the path and of the contact's factor: what they are derived from, and their values after a step's start.
 
-D has the rows of the scratch array S (layout.py), each with LANES entries: the derivatives of what stands in S.
+D has the rows of the scratch array S, each with LANES entries: the derivatives of what stands in S. Below them it has
+those of the program's numbers and the carried tangents (layout.py).
 """
 
 from __future__ import annotations
@@ -9,16 +10,14 @@ from math import cos, sin
 
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.kernel import uncounted_kernel
-from wheeltapper.march.common.program import PIECE, SHIFT, TIME, FloatArray, IntArray
+from wheeltapper.march.common.program import PIECE, SHIFT, FloatArray, IntArray
 from wheeltapper.march.steps import layout
-from wheeltapper.march.steps.series import taylor_shift
 
 LANES = 8
 """Number of directions that are carried at a time."""
 # Rows of the carried tangents: of time, of u and w (in contact) or y and v, of the deck, of the table's shift and of
 # the time of the next breakpoint; u and w once more, at the end of a contact step.
 DT, DA, DB, DY, DZ, DSHIFT, DBREAK, DU, DW = range(9)
-CARRIED = 9
 # What is found: of events and peaks the derivative of the time, then of the rate or of the force; of the start and of
 # the end those of the wheel's displacement and velocity, then of the deck's.
 OF_TIME, OF_SIZE = range(2)
@@ -26,69 +25,27 @@ OF_HEIGHT, OF_VELOCITY, OF_DECK_HEIGHT, OF_DECK_VELOCITY = range(4)
 
 
 @uncounted_kernel
-def localise_tangent(
-    pieces: FloatArray, bends: FloatArray, base: int, table: IntArray, numbers: FloatArray, turns: FloatArray,
-    step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray,
+def show_piece(
+    pieces: FloatArray, bends: FloatArray, base: int, table: IntArray, state: FloatArray, time: float, S: FloatArray,
+    D: FloatArray,
 ) -> None:  # fmt: skip
-    """Write the derivatives of the present piece's local form, at fixed time. `localise` has run.
+    """Put the piece of the path of a state, and how it changes, where the functions that differentiate it look.
 
-    `bends` holds derivatives of the pieces, bends[table[lane], base + piece] those of a lane (-1: none); `turns`
-    (NUMBERS, LANES) those of the numbers.
+    `bends` holds derivatives of the pieces, bends[table[lane], base + piece] those of a lane (-1: none; D has zeros for
+    it from the start).
     """
-    piece = int(step[PIECE])
-    time = step[TIME]
+    piece = int(state[PIECE])
     row = pieces[piece]
-    pace = numbers[contract.PACE]
-    lift = numbers[contract.LIFT]
-    away = pace * time - step[SHIFT] - row[contract.CENTRE]
-    wavenumber = row[contract.WAVENUMBER]
-    degree = int(row[contract.DEGREE])
-    fdegree = int(row[contract.FACTOR_DEGREE])
+    S[layout.PIECE_TIME], S[layout.PIECE_SHIFT] = time, state[SHIFT]
+    for column in range(contract.CENTRE, contract.PIECE_COLUMNS):
+        S[layout.PIECE_ROW + column] = row[column]
+    if row[contract.FACTOR_DEGREE] < 0.0:
+        S[layout.PIECE_ROW + contract.FACTOR] = 1.0
     for lane in range(LANES):
-        bent = table[lane] >= 0
-        d_away = turns[contract.PACE, lane] * time - carried[DSHIFT, lane]
-        d_lift = turns[contract.LIFT, lane]
-        d_wavenumber = 0.0
-        D[layout.HERE_AMP_SIN, lane] = row[contract.SINE] * d_lift
-        D[layout.HERE_AMP_COS, lane] = row[contract.COSINE] * d_lift
-        if bent:
+        if table[lane] >= 0:
             bend = bends[table[lane], base + piece]
-            d_away -= bend[contract.CENTRE]
-            d_wavenumber = bend[contract.WAVENUMBER]
-            D[layout.HERE_AMP_SIN, lane] += bend[contract.SINE] * lift
-            D[layout.HERE_AMP_COS, lane] += bend[contract.COSINE] * lift
-        D[layout.HERE_OMEGA, lane] = d_wavenumber * pace + wavenumber * turns[contract.PACE, lane]
-        D[layout.HERE_PHASE0, lane] = d_wavenumber * away + wavenumber * d_away
-        D[layout.WORK, lane] = d_away / row[contract.SCALE]
-    scale = row[contract.SCALE]
-    for part in range(2):
-        last = degree if part == 0 else fdegree
-        if last < 0:
-            continue
-        source = contract.COEFFICIENT if part == 0 else contract.FACTOR
-        target = layout.HERE_POLY if part == 0 else layout.HERE_FACTOR
-        gain = lift if part == 0 else 1.0
-        taylor_shift(pieces, piece, source, last, away / scale, 1.0, 1.0, layout.WORK, S)
-        for lane in range(LANES):
-            d_gain = turns[contract.LIFT, lane] if part == 0 else 0.0
-            rate = pace / scale
-            d_rate = turns[contract.PACE, lane] / scale
-            power = 1.0
-            d_power = 0.0
-            for k in range(last + 1):
-                c = S[layout.WORK + k]
-                d_c = (k + 1) * S[layout.WORK + k + 1] * D[layout.WORK, lane] if k < last else 0.0
-                D[target + k, lane] = d_gain * power * c + gain * (d_power * c + power * d_c)
-                d_power = d_power * rate + power * d_rate
-                power *= rate
-        for lane in range(LANES):
-            if table[lane] < 0:
-                continue
-            taylor_shift(bends[table[lane]], base + piece, source, last, away / scale, 1.0, 1.0, layout.WORK, S)
-            power = gain
-            for k in range(last + 1):
-                D[target + k, lane] += power * S[layout.WORK + k]
-                power *= pace / scale
+            for column in range(contract.CENTRE, contract.PIECE_COLUMNS):
+                D[layout.PIECE_ROW + column, lane] = bend[column]
 
 
 @uncounted_kernel

@@ -5,8 +5,9 @@ its chain rule. So values and tangents have one description. Each kind of step i
 
 base     the series of eight steps of known length; what the tangents need of them is kept in L
 along    one direction: how t, u, w and the deck's motion at the end of the step change, at fixed s
-turn     over a bent path: how forcing and factor, as polynomials about the step's start, change with parameters
-turned   of one step: how its series change in eight directions, at fixed s; of a step in time, at fixed time
+turn     how what such steps take changes with a cell's numbers and pieces of its path
+turned   of one step: how its series change in eight directions, at fixed s; of a step in time, at fixed time; and how
+         the path about its start does, or at a joint of two pieces
 """
 
 from __future__ import annotations
@@ -15,11 +16,12 @@ import ast
 import re
 from collections.abc import Iterable
 
+from wheeltapper.march.common import program
 from wheeltapper.march.common.program import MAX_DEGREE
 from wheeltapper.march.steps import common
 from wheeltapper.march.steps.derive import coefficients, needed, total
 from wheeltapper.march.steps.equations import BENT, FLAT, Free, Terms, contact, free
-from wheeltapper.march.steps.lanes import at, function, given, read, read_block, series
+from wheeltapper.march.steps.lanes import at, function, given, read, series
 from wheeltapper.march.steps.layout import FLIGHT_ORDER
 from wheeltapper.march.steps.tape import Tape
 
@@ -214,28 +216,54 @@ def _natural(name: str) -> list[str]:
     return [part.zfill(4) for part in re.split(r"(\d+)", name)]
 
 
-def turn_source() -> str:
-    """Return the function that turns changes of a path into those of polynomials about the step's start."""
-    names = {"time": "LANE_TIME", "K": "LANE_K", "G": "LANE_G", "pace": "LANE_PACE", "origin": "LANE_ORIGIN"}
-    out = [*read(names), "at_y = pace * time - origin", "rate_y = pace", *read_block("piece_y", "LANE_PATH")]
-    lines = _split([*out, *read_block("piece_b", "LANE_FACTOR"), *common.over_path(Terms(BENT))])
-    rows = {"K": "K", "G": "G", "rate_y": "PACE", "at_y": "AHEAD"}
-    before = [(f"d{name}", at(f"LANE_OF_{row}")) for name, row in rows.items()]
-    for k in common.POWERS:
-        before += [(f"dpiece_y{k}", at("LANE_OF_PATH", k)), (f"dpiece_b{k}", at("LANE_OF_FACTOR", k))]
-    made = _rates(lines, {name[1:] for name, _ in before}, {})
-    ends = [(f"dc{k}", at("LANE_OF_FORCING", k)) for k in common.POWERS]
-    ends += [(f"db{k}", at("LANE_OF_FACTOR_HERE", k)) for k in common.POWERS]
-    body = [f"{name} = {code}" for name, code in _needed([*lines, *before, *made], {name for name, _ in ends})]
-    body += [f"{place} = {name}" for name, place in ends]
-    return function("turn_path", "Find how forcing and factor change about the step's start.", body)
+_COLUMNS = {"centre": program.CENTRE, "sine": program.SINE, "cosine": program.COSINE, "wavenumber": program.WAVENUMBER}
+"""Columns of a piece of the path that change with parameters, beside those of its polynomials."""
+_DECK = {"mass": "DECK_MASS", "bearing": "DECK_STIFFNESS", "dashpot": "DECK_DAMPING", "loaded": "PRESTRESS"}
+_PER_MASS = {"per_mass": "-(per_mass * per_mass * dmass)"}
+
+
+def _columns(bent: bool) -> dict[str, int]:
+    """Return names for what changes of a piece of the path, and their columns."""
+    many = common.POWERS if bent else (0,)
+    out = _COLUMNS | {f"path{k}": program.COEFFICIENT + k for k in many}
+    return out | {f"factor{k}": program.FACTOR + k for k in many if bent}
+
+
+def _deck() -> list[str]:
+    """Return the lines for what the equations need of a deck."""
+    out = ["per_mass = 1.0 / mass", "deck_stiff = per_mass * bearing", "deck_drag = per_mass * dashpot"]
+    return [*out, "share = on * per_mass", "prestress = share * loaded"]
+
+
+def turn_source(bent: bool) -> str:
+    """Return the function that turns changes of a cell's numbers, and of pieces of its path, into those of steps."""
+    numbers = {"pace": "PACE", "lift": "LIFT", "K": "STIFFNESS", "G": "DAMPING", "eta": "HYSTERESIS", **_DECK}
+    same = [f"{name} = L[LANE_NUMBERS + {entry}]" for name, entry in numbers.items()]
+    same += [f"d{name} = L[LANE_OF_NUMBERS + {entry}]" for name, entry in numbers.items()]
+    lines = read({"time": "LANE_TIME", "shift": "LANE_SHIFT", "on": "LANE_ON"})
+    lines += [f"{name} = {at('LANE_PIECE', column)}" for name, column in _columns(bent).items()]
+    lines += [*_deck(), f"per_scale = 1.0 / {at('LANE_PIECE', program.SCALE)}", *common.about_start(bent)]
+    lines += [f"c{k} = {common.forcing(k)}" for k in common.POWERS] if bent else ["f0 = 1.0 + K * y0"]
+    changes = [(f"d{name}", at("LANE_OF_PIECE", column)) for name, column in _columns(bent).items()]
+    changes += [("dshift", at("LANE_OF_SHIFT"))]
+    split = _split(lines)
+    made = _rates(split, {*numbers, *(name[1:] for name, _ in changes)}, _PER_MASS)
+    rows = {"K": "K", "G": "G", "eta": "ETA", "amp_sin": "AMP_SIN", "amp_cos": "AMP_COS", "omega": "OMEGA"}
+    rows |= {"phase": "PHASE", "share": "SHARE", "prestress": "PRESTRESS", "deck_stiff": "DECK_STIFF"}
+    rows |= {"deck_drag": "DECK_DRAG"} | ({} if bent else {"f0": "LOAD"})
+    ends = {f"d{name}": at(f"LANE_OF_{row}") for name, row in rows.items()}
+    for name, row in (("c", "LANE_OF_FORCING"), ("b", "LANE_OF_FACTOR_HERE")):
+        ends |= {f"d{name}{k}": at(row, k) for k in common.POWERS if bent}
+    body = [f"{name} = {code}" for name, code in _needed([*split, *changes, *made], ends)]
+    body += [f"{place} = {name}" for name, place in ends.items()]
+    name = f"turn_{'bent' if bent else 'level'}"
+    return function(name, "Find how what steps take changes with the numbers of a cell and its path.", body, same)
 
 
 # -- one step in eight directions --------------------------------------------------------------------------------------
 
 
 _MOTION = {"Y0": ("DECK_Y", "DY"), "Z0": ("DECK_V", "DZ")}
-_DECK = {"mass": "DECK_MASS", "bearing": "DECK_STIFFNESS", "dashpot": "DECK_DAMPING", "loaded": "PRESTRESS"}
 
 
 def _one_given(deck: bool, motion: dict[str, tuple[str, str]], numbers: dict[str, str]) -> tuple[list[str], list[Line]]:
@@ -243,11 +271,10 @@ def _one_given(deck: bool, motion: dict[str, tuple[str, str]], numbers: dict[str
     motion, numbers = motion | (_MOTION if deck else {}), numbers | (_DECK if deck else {})
     lines = [f"{name} = S[STATE + {column}]" for name, (column, _) in motion.items()]
     lines += [f"{name} = numbers[{entry}]" for name, entry in numbers.items()]
-    changes = [(f"d{name}", f"carried[{row}, i]") for name, (_, row) in motion.items()]
-    changes += [(f"d{name}", f"turns[{entry}, i]") for name, entry in numbers.items()]
+    changes = [(f"d{name}", f"D[CARRIED + {row}, i]") for name, (_, row) in motion.items()]
+    changes += [(f"d{name}", f"D[OF_NUMBERS + {entry}, i]") for name, entry in numbers.items()]
     if deck:
-        lines += ["on = S[STATE + ON_DECK]", "per_mass = 1.0 / mass", "deck_stiff = per_mass * bearing"]
-        lines += ["deck_drag = per_mass * dashpot", "share = on * per_mass", "prestress = share * loaded"]
+        lines += ["on = S[STATE + ON_DECK]", *_deck()]
     return lines, changes
 
 
@@ -261,22 +288,60 @@ def _wave(changes: list[Line]) -> list[str]:
 
 def _polynomial(name: str, entry: str, degree: str, changes: list[Line], first: str = "0.0") -> list[str]:
     """Return the lines that read a polynomial; those that read its changes are added."""
-    changes += [(f"d{name}{k}", f"D[{entry} + {k}, i] if {degree} >= {k} else 0.0") for k in common.POWERS]
+    changes += [(f"d{name}{k}", f"D[{entry} + {k}, i]") for k in common.POWERS]
     return common.given_polynomial(name, f"S[{entry}", degree, first)
 
 
+def _coefficients_of(rows: dict[str, tuple[str, int]]) -> dict[str, str]:
+    """Return the changes of the coefficients of series, and where they are written."""
+    return {f"d{series}{n}": f"D[{row} + {n}, i]" for row, (series, last) in rows.items() for n in range(last + 1)}
+
+
 def _directions(
-    name: str, lines: list[Line], changes: list[Line], made: list[Line], rows: dict[str, tuple[str, int]]
-) -> str:
-    """Return the function: values once, and their changes eight times."""
-    ends = {f"d{series}{n}": f"D[{row} + {n}, i]" for row, (series, last) in rows.items() for n in range(last + 1)}
-    there = {one for one, _ in made} | {one for one, _ in changes}
+    name: str, lines: list[Line], changes: list[Line], made: list[Line], ends: dict[str, str],
+    values: dict[str, str] | None = None,
+) -> str:  # fmt: skip
+    """Return the function: values once, those of `values` kept, and their changes eight times."""
+    there, values = {one for one, _ in made} | {one for one, _ in changes}, values or {}
     inner = _needed([*changes, *made], ends.keys() & there)
-    outer = _needed(lines, {one for _, code in inner for one in _names_in(code)})
-    body = [*(f"{one} = {code}" for one, code in outer), "for i in range(8):"]
-    body += [f"    {one} = {code}" for one, code in inner]
+    outer = _needed(lines, {*values, *(one for _, code in inner for one in _names_in(code))})
+    body = [*(f"{one} = {code}" for one, code in outer), *(f"{place} = {one}" for one, place in values.items())]
+    body += ["for i in range(8):", *(f"    {one} = {code}" for one, code in inner)]
     body += [f"    {place} = {one if one in there else '0.0'}" for one, place in ends.items()]
-    return "\n".join([f"def {name}(numbers, turns, carried, S, D):", *("    " + line for line in body), ""])
+    return "\n".join([f"def {name}(numbers, S, D):", *("    " + line for line in body), ""])
+
+
+def _piece() -> tuple[list[Line], list[Line], list[Line]]:
+    """Return the lines for a piece of the path about S[PIECE_TIME], those that read changes, and the changes."""
+    numbers = {"pace": "PACE", "lift": "LIFT"}
+    lines = ["time = S[PIECE_TIME]", "shift = S[PIECE_SHIFT]", "per_scale = 1.0 / S[PIECE_ROW + SCALE]"]
+    lines += [f"{name} = numbers[{entry}]" for name, entry in numbers.items()]
+    lines += [f"{name} = S[PIECE_ROW + {column}]" for name, column in _columns(True).items()]
+    lines += [*common.about_start(True), "s = sin(phase)", "c = cos(phase)", "wave = amp_sin * s + amp_cos * c"]
+    lines += ["height = y0 + wave", "velocity = y1 + omega * (amp_sin * c - amp_cos * s)"]
+    lines += ["acceleration = 2.0 * y2 - omega * omega * wave"]
+    changes = [("dshift", "D[CARRIED + DSHIFT, i]")]
+    changes += [(f"d{name}", f"D[OF_NUMBERS + {entry}, i]") for name, entry in numbers.items()]
+    changes += [(f"d{name}", f"D[PIECE_ROW + {column}, i]") for name, column in _columns(True).items()]
+    split = _split(lines)
+    told = {"s": "c * dphase", "c": "-(s * dphase)"}
+    return split, changes, _rates(split, {name[1:] for name, _ in changes}, told)
+
+
+def turned_piece_source() -> str:
+    """Return the function for the changes of a piece of the path about a step's start, at fixed time."""
+    ends = _coefficients_of({"HERE_POLY": ("y", MAX_DEGREE), "HERE_FACTOR": ("b", MAX_DEGREE)})
+    rows = {"amp_sin": "HERE_AMP_SIN", "amp_cos": "HERE_AMP_COS", "omega": "HERE_OMEGA", "phase": "HERE_PHASE0"}
+    return _directions("turned_piece", *_piece(), ends | {f"d{name}": f"D[{row}, i]" for name, row in rows.items()})
+
+
+def turned_joint_source() -> str:
+    """Return the function for the path at a joint of two pieces, on one of them, and for its changes at fixed time."""
+    changed = {"height": "JOINT_HEIGHT", "velocity": "JOINT_VELOCITY"}
+    ends = {f"d{name}": f"D[{row}, i]" for name, row in changed.items()}
+    values = {name: f"S[{row}]" for name, row in changed.items()}
+    values |= {"acceleration": "S[JOINT_ACCELERATION]", "b0": "S[JOINT_FACTOR]"}
+    return _directions("turned_joint", *_piece(), ends, values)
 
 
 def turned_source(terms: Terms, order: int) -> str:
@@ -284,7 +349,7 @@ def turned_source(terms: Terms, order: int) -> str:
     numbers = {"K": "STIFFNESS", "G": "DAMPING", "quadratic": "QUADRATIC", "cubic": "CUBIC"}
     numbers |= {"eta": "HYSTERESIS"} if terms.hysteresis else {}
     lines, changes = _one_given(terms.deck, {"u0": ("A", "DA"), "w0": ("B", "DB")}, numbers)
-    changes += [("dt0", "carried[DT, i]")]
+    changes += [("dt0", "D[CARRIED + DT, i]")]
     lines += ["degree = S[HERE_DEGREE]", "factor_degree = S[HERE_FACTOR_DEGREE]"]
     if terms.path == BENT:
         lines += _polynomial("y", "HERE_POLY", "degree", changes) + [
@@ -300,11 +365,11 @@ def turned_source(terms: Terms, order: int) -> str:
         changes += [("dphase", "D[HERE_PHASE0, i] + omega * dt0"), ("ds", "c * dphase"), ("dc", "-(s * dphase)")]
     tape = contact(terms)
     split = _split([*lines, *series(terms, order), *_bends(tape, order)])
-    told = _moved(tape, order) | {"per_mass": "-(per_mass * per_mass * dmass)"}
+    told = _moved(tape, order) | _PER_MASS
     made = _rates(split, {"t0", *(name[1:] for name, _ in changes)}, told)
     rows = {"T": ("t", order), "U": ("u", order), "W": ("w", order), "N": ("N", order - 1)}
     rows |= {"Y": ("Y", order), "Z": ("Z", order)} if terms.deck else {}
-    return _directions(f"turned_{terms.name}_{order}", split, changes, made, rows)
+    return _directions(f"turned_{terms.name}_{order}", split, changes, made, _coefficients_of(rows))
 
 
 def free_turned_source(terms: Free) -> str:
@@ -321,5 +386,5 @@ def free_turned_source(terms: Free) -> str:
         changes += [("dphase", "D[HERE_PHASE0, i]"), ("ds", "c * dphase"), ("dc", "-(s * dphase)")]
         rows["N"] = ("N", order)
     split = _split([*lines, *coefficients(free(terms), order)])
-    made = _rates(split, {name[1:] for name, _ in changes}, {"per_mass": "-(per_mass * per_mass * dmass)"})
-    return _directions(f"turned_{terms.name}_{order}", split, changes, made, rows)
+    made = _rates(split, {name[1:] for name, _ in changes}, _PER_MASS)
+    return _directions(f"turned_{terms.name}_{order}", split, changes, made, _coefficients_of(rows))

@@ -37,8 +37,10 @@ FREE = tuple(
 """The number of the function that tells where a surface begins to yield that does not bear the same everywhere."""
 ONE_WHEEL = int(BEGINS_TO_YIELD) + 1
 """How many functions one wheel has."""
-TURNED = OF_ENDED + sum(not terms.end for terms in FREE)
-"""How many functions differentiate its steps: of elastic contacts, then of steps in time without a damper's end."""
+TURN_PIECE, TURN_JOINT = int64_positions(OF_ENDED + sum(not terms.end for terms in FREE) + k for k in range(2))
+"""Which functions differentiate a piece of the path about a step's start, and at a joint of two."""
+TURNED = int(TURN_JOINT) + 1
+"""How many functions differentiate: elastic contacts, then steps in time without a damper's end, then the path."""
 
 
 def _numbered(*counts: int) -> tuple[int, ...]:
@@ -48,10 +50,10 @@ def _numbered(*counts: int) -> tuple[int, ...]:
 
 (
     STEPS, FLIGHTS, FLIGHT_ENDS, SEEK_LOSS, SEEK_TURN, SEEK_EXTREME, SEEK_TIME, SCAN, SHARPEN, AT_ROOT, DECK_AT_END,
-    BUSH_AT_END, SCAN_FLIGHT, SHARPEN_FLIGHT, BASES, ALONGS, TURN_PATH, IN_LANES,
-) = _numbered(OF_YIELDING, 4, 4, *(1,) * 11, OF_ENDED, OF_ENDED, 1)  # fmt: skip
+    BUSH_AT_END, SCAN_FLIGHT, SHARPEN_FLIGHT, BASES, ALONGS, TURN_LEVEL, TURN_BENT, IN_LANES,
+) = _numbered(OF_YIELDING, 4, 4, *(1,) * 11, OF_ENDED, OF_ENDED, 1, 1)  # fmt: skip
 """Functions of eight cells at a time: steps of each kind, flights beside a deck and over one, the same with a bush, and
-what ends them; then tangents of steps of each kind. IN_LANES is how many there are."""
+what ends them; then tangents of steps of each kind, and of what they go over. IN_LANES is how many there are."""
 
 
 @uncounted_kernel

@@ -64,16 +64,18 @@ def source_in_lanes(number: int, order: int) -> str:
         return _SEARCHES[number](order)
     if number in (variants.SCAN_FLIGHT, variants.SHARPEN_FLIGHT):
         return (lanes.scan if number == variants.SCAN_FLIGHT else lanes.sharpen)(int(layout.FLIGHT_ORDER))
-    if number == variants.TURN_PATH:
-        return tangents.turn_source()
+    if number >= variants.TURN_LEVEL:
+        return tangents.turn_source(bent=bool(number == variants.TURN_BENT))
     base, along = tangents.pair(VARIANTS[int(number - variants.BASES) % OF_ENDED], order)
     return base if number < variants.ALONGS else along
 
 
 def source_of_tangents(number: int, order: int) -> str:
-    """Return the source of a function that differentiates a step of one wheel."""
+    """Return the source of a function that differentiates a step of one wheel, or the path under it."""
     if number < OF_ENDED:
         return tangents.turned_source(VARIANTS[number], order)
+    if number >= variants.TURN_PIECE:
+        return tangents.turned_piece_source() if number == variants.TURN_PIECE else tangents.turned_joint_source()
     return tangents.free_turned_source(FREE[number - OF_ENDED])
 
 
@@ -171,6 +173,7 @@ def scratch_of_cells(numbers: FloatArray, pieces: FloatArray, turned: bool = Fal
     S = _scratch(order, needed)
     if turned:
         bits = _turned_kinds(needed, lossy) | needed >> FLIES << OF_ENDED
+        bits |= 1 << int(variants.TURN_PIECE) | 1 << int(variants.TURN_JOINT)
         S[layout.DERIVATIVES : layout.DERIVATIVES + variants.TURNED] = of_one_wheel.with_bits(order, bits)
     return S
 
@@ -204,5 +207,8 @@ def functions_of_cells(numbers: FloatArray, pieces: FloatArray) -> FloatArray:
 def tangents_of_cells(numbers: FloatArray, pieces: FloatArray, lossy: bool) -> FloatArray:
     """Return the addresses of the functions that differentiate their steps; `lossy`: by their hysteresis, too."""
     kinds = _turned_kinds(variants_of_cells(numbers, pieces), lossy)
-    bits = kinds << int(variants.BASES) | kinds << int(variants.ALONGS) | 1 << int(variants.TURN_PATH)
+    bits = kinds << int(variants.BASES) | kinds << int(variants.ALONGS)
+    for number in range(OF_ENDED):
+        if kinds >> number & 1:
+            bits |= 1 << int(variants.TURN_BENT if variants.is_bent(number) else variants.TURN_LEVEL)
     return in_lanes.with_bits(_order_of_cells(numbers), bits)

@@ -11,7 +11,7 @@ from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.blocks import in_blocks
 from wheeltapper.march.common.kernel import kernel
 from wheeltapper.march.common.program import TIME, FloatArray, IntArray, Program
-from wheeltapper.march.steps.layout import SCRATCH
+from wheeltapper.march.steps.layout import TURNED_ROWS
 from wheeltapper.march.steps.tangent_path import LANES, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.steps.written import scratch_of_cells
 from wheeltapper.march.wheel.dense import OUT_COLUMNS
@@ -108,7 +108,7 @@ def _room_for(cells: int, events: int, peaks: int, tally: bool) -> Tangents:
 def _work(cells: Cells, turns: CellTangents, kept: KeptSteps, tally: bool) -> tuple[Any, ...]:
     """Return scratch memory, whether a tally is kept, and room for links where none is."""
     lossy = _by_hysteresis(turns.numbers)
-    S, D = scratch_of_cells(cells.numbers, cells.pieces, True, lossy), np.zeros((SCRATCH, LANES))
+    S, D = scratch_of_cells(cells.numbers, cells.pieces, True, lossy), np.zeros((TURNED_ROWS, LANES))
     return S, D, True if tally else None, None if tally else links_of(kept.pool, _directions(turns), lossy)
 
 
@@ -162,7 +162,7 @@ def sampled_tangents(
     along = Changes(turns, np.zeros((2, LANES)), bends, 0, table)
     of_rows = np.empty((events, 2, LANES)), np.empty((peaks, 2, LANES))
     rates = Rates(*of_rows, np.zeros((4, LANES)), np.zeros(LANES), np.zeros((0, LANES)))
-    tangent_kernel(made, along, rates, 0.0, within, samples, S, np.zeros((SCRATCH, LANES)), None)
+    tangent_kernel(made, along, rates, 0.0, within, samples, S, np.zeros((TURNED_ROWS, LANES)), None)
     return found, samples
 
 

@@ -22,7 +22,7 @@ from wheeltapper.march.common.blocks import in_blocks
 from wheeltapper.march.common.kernel import kernel, uncounted_kernel
 from wheeltapper.march.common.program import DECK_V, DECK_Y, LENGTH, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
 from wheeltapper.march.steps import layout
-from wheeltapper.march.steps.layout import COUNT, MARK, SCRATCH, STATE, T, U, W, Y, Z
+from wheeltapper.march.steps.layout import COUNT, MARK, SCRATCH, STATE, TURNED_ROWS, T, U, W, Y, Z
 from wheeltapper.march.steps.series import localise
 from wheeltapper.march.steps.tangent_path import LANES, OF_DECK_HEIGHT, OF_DECK_VELOCITY, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.steps.written import scratch_of_cells
@@ -339,7 +339,7 @@ def _tangent_room(rows: int = 1024) -> TangentTables:
     """Return tables for a whole wave; the scratch memory S is not yet that of a program."""
     steps, events, peaks = _tables(rows)
     of_events, of_peaks = np.zeros((rows, 2, LANES)), np.zeros((rows, 2, LANES))
-    parts, D = np.empty_like(steps), np.zeros((SCRATCH, LANES))
+    parts, D = np.empty_like(steps), np.zeros((TURNED_ROWS, LANES))
     return TangentTables(steps, parts, events, peaks, of_events, of_peaks, np.zeros(SCRATCH), D)
 
 

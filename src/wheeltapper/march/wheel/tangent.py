@@ -21,12 +21,11 @@ import numpy as np
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.kernel import inlined_uncounted_kernel, kernel, uncounted_kernel
 from wheeltapper.march.common.program import LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
-from wheeltapper.march.steps import layout, tangent_path
+from wheeltapper.march.steps import layout, tangent_path, variants
 from wheeltapper.march.steps.calling import call_turned
 from wheeltapper.march.steps.layout import N, T, U, W, Y, Z
 from wheeltapper.march.steps.series import localise
 from wheeltapper.march.steps.tangent_path import DA, DB, DBREAK, DT, DY, DZ, LANES
-from wheeltapper.march.steps.variants import FLIES, OF_ENDED, OF_LOSSY, free_variant_of, is_lossy, variant_of
 from wheeltapper.march.wheel import tangent_events, tangent_samples
 from wheeltapper.march.wheel.dense import OUT_COLUMNS, OUT_FORCE, fill_motion
 from wheeltapper.march.wheel.events import is_free
@@ -43,32 +42,31 @@ NEAR_GRAZING = 0.1
 
 @uncounted_kernel
 def _differentiate(
-    pieces: FloatArray, numbers: FloatArray, turns: FloatArray, lossy: bool, step: FloatArray, carried: FloatArray,
-    S: FloatArray, D: FloatArray,
-) -> None:  # fmt: skip
+    pieces: FloatArray, numbers: FloatArray, lossy: bool, step: FloatArray, S: FloatArray, D: FloatArray
+) -> None:
     """Put the series of a step in S, and their changes at fixed s, or in flight at fixed time, in D."""
     repeat_step(pieces, numbers, step, S)
     if step[PHASE] == contract.CONTACT:
-        number = variant_of(numbers, pieces[int(step[PIECE])], False)
-        if lossy and not is_lossy(number):  # what is differentiated counts as there
-            number += OF_LOSSY
+        number = variants.variant_of(numbers, pieces[int(step[PIECE])], False)
+        if lossy and not variants.is_lossy(number):  # what is differentiated counts as there
+            number += variants.OF_LOSSY
     else:
-        number = free_variant_of(numbers) - FLIES + OF_ENDED
+        number = variants.free_variant_of(numbers) - variants.FLIES + variants.OF_ENDED
     if S[layout.DERIVATIVES + number] == 0.0:
-        D[:] = np.nan  # nobody has written it
+        D[: layout.HERE] = np.nan  # nobody has written it
         return
-    call_turned(S[layout.DERIVATIVES + number], numbers, turns, carried, S, D)
+    call_turned(S[layout.DERIVATIVES + number], numbers, S, D)
 
 
 @uncounted_kernel
 def _step_tangents(
-    pieces: FloatArray, numbers: FloatArray, turns: FloatArray, lossy: bool, step: FloatArray, carried: FloatArray,
-    end: FloatArray, S: FloatArray, D: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, lossy: bool, step: FloatArray, carried: FloatArray, end: FloatArray,
+    S: FloatArray, D: FloatArray,
 ) -> None:  # fmt: skip
     """Carry the tangents over a localised step, in contact at fixed s; write the motion at its end."""
     contact, deck, x = step[PHASE] == contract.CONTACT, numbers[contract.DECK_MASS] > 0.0, step[LENGTH]
     order = int(numbers[contract.ORDER]) if contact else int(layout.FLIGHT_ORDER)
-    _differentiate(pieces, numbers, turns, lossy, step, carried, S, D)
+    _differentiate(pieces, numbers, lossy, step, S, D)
     if contact:
         tangent_path.sums_at(D, T, order, x, carried[DT])
     tangent_path.sums_at(D, U, order, x, carried[DA])
@@ -156,9 +154,7 @@ def repeat_kernel(
     pieces, numbers, steps, last, events, peaks = made
     turns, start, bends, base, table = along
     of_events, of_peaks, of_end, of_highest, of_impulses = rates
-    carried = np.zeros((tangent_path.CARRIED, LANES))
-    before = np.zeros(tangent_events.JOINT)
-    behind = np.zeros(tangent_events.JOINT)
+    carried = D[layout.CARRIED : layout.TURNED_ROWS]
     here = np.zeros(OUT_COLUMNS)
     there = np.zeros(OUT_COLUMNS)
     point = np.zeros((tangent_samples.QUANTITIES, tangent_samples.SAMPLED))
@@ -177,6 +173,10 @@ def repeat_kernel(
     contacts = 0
     highest = False
     for lane in range(LANES):
+        for k in range(contract.NUMBERS):
+            D[layout.OF_NUMBERS + k, lane] = turns[k, lane]
+        for k in range(len(carried)):
+            carried[k, lane] = 0.0
         lossy = lossy or turns[contract.HYSTERESIS, lane] != 0.0
         carried[DA, lane] = turns[contract.START_HEIGHT, lane] + start[tangent_path.OF_HEIGHT, lane]
         carried[DB, lane] = turns[contract.START_VELOCITY, lane] + start[tangent_path.OF_VELOCITY, lane]
@@ -210,13 +210,13 @@ def repeat_kernel(
                     carried[:] = np.nan
                 if after[PIECE] != step[PIECE] or after[SHIFT] != step[SHIFT]:
                     tangent_events.cross_in_contact(
-                        pieces, bends, base, table, numbers, turns, step, after, end, carried, links.directions,
-                        before, behind,
-                    )  # fmt: skip
+                        pieces, bends, base, table, numbers, turns, step, after, end, carried, S, D
+                    )
+                    piece = -1.0
                 continue
             if i > 0 and leapt < 0 and _flies_on(steps, i, events, event, peaks, peak):
                 # whatever piece stands in S: the path does not matter in flight
-                _step_tangents(pieces, numbers, turns, lossy, step, carried, end, S, D)
+                _step_tangents(pieces, numbers, lossy, step, carried, end, S, D)
                 tangent_events.break_moves(bends, base, table, numbers, turns, step, after, carried)
                 begun = False
                 continue
@@ -225,7 +225,8 @@ def repeat_kernel(
             carried[:] = np.nan
         if not (level and step[PIECE] == piece):  # a level piece looks the same from everywhere
             localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
-            tangent_path.localise_tangent(pieces, bends, base, table, numbers, turns, step, carried, S, D)
+            tangent_path.show_piece(pieces, bends, base, table, step, step[TIME], S, D)
+            call_turned(S[layout.DERIVATIVES + variants.TURN_PIECE], numbers, S, D)
             level = S[layout.HERE_DEGREE] == 0.0 and S[layout.HERE_FACTOR_DEGREE] < 0.0 and S[layout.HERE_OMEGA] == 0.0
             piece = step[PIECE]
         if contact and not begun and not tangent_events.enter_contact(step, carried, S, D):
@@ -246,18 +247,18 @@ def repeat_kernel(
                 contacts += 1
             flew = is_free(step[PHASE])
         if not contact:
-            _step_tangents(pieces, numbers, turns, lossy, step, carried, end, S, D)
+            _step_tangents(pieces, numbers, lossy, step, carried, end, S, D)
             peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
         elif linked:
             if is_inside(peaks, peak, after[TIME]):
-                _differentiate(pieces, numbers, turns, lossy, step, carried, S, D)
+                _differentiate(pieces, numbers, lossy, step, S, D)
                 peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
             if links is not None:
                 follow_link(i % LINK_ROWS, numbers[contract.DECK_MASS] > 0.0, carried, end, links)
             if _turns_near(step, end):
                 gentlest = min(gentlest, _approach(pieces, numbers, step, end, S))
         else:
-            _step_tangents(pieces, numbers, turns, lossy, step, carried, end, S, D)
+            _step_tangents(pieces, numbers, lossy, step, carried, end, S, D)
             if _turns_near(step, end):
                 near = tangent_events.closest_approach(step, int(numbers[contract.ORDER]), end[FIRST], end[SECOND], S)
                 gentlest = min(gentlest, near)

@@ -7,21 +7,18 @@ import numpy as np
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.kernel import uncounted_kernel
 from wheeltapper.march.common.program import LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
-from wheeltapper.march.steps import tangent_path
+from wheeltapper.march.steps import layout, tangent_path
+from wheeltapper.march.steps.calling import call_turned
 from wheeltapper.march.steps.layout import U, W
 from wheeltapper.march.steps.series import deck_acceleration, factor_at, localise
 from wheeltapper.march.steps.tangent_path import DA, DB, DBREAK, DSHIFT, DT, DU, DW, DY, DZ, LANES, factor_tangent
+from wheeltapper.march.steps.variants import TURN_JOINT
 from wheeltapper.march.wheel import dense
 from wheeltapper.march.wheel.events import elastic_force
 from wheeltapper.march.wheel.roots import NONE, evaluate, first_root
 
 # The motion at a step's end, in its own variables.
 AFTER, FIRST, SECOND, THIRD, FOURTH = range(5)
-# The path on one of the pieces that meet at a joint.
-(
-    JOINT_AWAY, JOINT_X, JOINT_Y, JOINT_SLOPE, JOINT_BEND, JOINT_SINE, JOINT_COSINE, JOINT_PUSH,
-) = range(8)  # fmt: skip
-JOINT = 8
 
 
 @uncounted_kernel
@@ -235,103 +232,24 @@ def force_jump(
 
 
 @uncounted_kernel
-def _fill_joint(
-    pieces: FloatArray, numbers: FloatArray, step: FloatArray, time: float, u: float, w: float, here: FloatArray
-) -> None:  # fmt: skip
-    """Write what a piece of the path is at a joint: place, polynomial with derivatives, harmonic, force."""
-    row = pieces[int(step[PIECE])]
-    away = numbers[contract.PACE] * time - step[SHIFT] - row[contract.CENTRE]
-    x = away / row[contract.SCALE]
-    y, slope, bend = 0.0, 0.0, 0.0
-    for k in range(int(row[contract.DEGREE]), -1, -1):
-        bend = bend * x + 2.0 * slope
-        slope = slope * x + y
-        y = y * x + row[contract.COEFFICIENT + k]
-    factor = 1.0
-    if row[contract.FACTOR_DEGREE] >= 0.0:
-        factor = 0.0
-        for k in range(int(row[contract.FACTOR_DEGREE]), -1, -1):
-            factor = factor * x + row[contract.FACTOR + k]
-    here[JOINT_AWAY] = away
-    here[JOINT_X] = x
-    here[JOINT_Y] = y
-    here[JOINT_SLOPE] = slope
-    here[JOINT_BEND] = bend
-    here[JOINT_SINE] = 0.0
-    here[JOINT_COSINE] = 1.0
-    if row[contract.WAVENUMBER] != 0.0:
-        here[JOINT_SINE] = np.sin(row[contract.WAVENUMBER] * away)
-        here[JOINT_COSINE] = np.cos(row[contract.WAVENUMBER] * away)
+def _meet_joint(
+    pieces: FloatArray, bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, state: FloatArray,
+    time: float, u: float, w: float, S: FloatArray, D: FloatArray,
+) -> tuple[float, float]:  # fmt: skip
+    """Find the path at a joint on one of its pieces: return its acceleration and the force.
+
+    Height and velocity stand at JOINT_HEIGHT and JOINT_VELOCITY of S, their changes of D.
+    """
+    tangent_path.show_piece(pieces, bends, base, table, state, time, S, D)
+    call_turned(S[layout.DERIVATIVES + TURN_JOINT], numbers, S, D)
     quadratic, cubic, eta = numbers[contract.QUADRATIC], numbers[contract.CUBIC], numbers[contract.HYSTERESIS]
-    here[JOINT_PUSH] = elastic_force(factor, quadratic, cubic, eta, u, w)
-
-
-@uncounted_kernel
-def _acceleration_there(pieces: FloatArray, numbers: FloatArray, step: FloatArray, here: FloatArray) -> float:
-    """Return the acceleration of the path under a wheel at a joint."""
-    row = pieces[int(step[PIECE])]
-    rate = numbers[contract.PACE] / row[contract.SCALE]
-    omega = row[contract.WAVENUMBER] * numbers[contract.PACE]
-    wave = row[contract.SINE] * here[JOINT_SINE] + row[contract.COSINE] * here[JOINT_COSINE]
-    return numbers[contract.LIFT] * (here[JOINT_BEND] * rate * rate - omega * omega * wave)
-
-
-@uncounted_kernel
-def _path_there(
-    pieces: FloatArray, numbers: FloatArray, step: FloatArray, here: FloatArray
-) -> tuple[float, float]:  # fmt: skip
-    """Return the path's height and velocity at a joint."""
-    row = pieces[int(step[PIECE])]
-    omega = row[contract.WAVENUMBER] * numbers[contract.PACE]
-    height = here[JOINT_Y] + row[contract.SINE] * here[JOINT_SINE] + row[contract.COSINE] * here[JOINT_COSINE]
-    velocity = here[JOINT_SLOPE] * numbers[contract.PACE] / row[contract.SCALE]
-    velocity += omega * (row[contract.SINE] * here[JOINT_COSINE] - row[contract.COSINE] * here[JOINT_SINE])
-    return numbers[contract.LIFT] * height, numbers[contract.LIFT] * velocity
-
-
-@uncounted_kernel
-def _path_change(
-    pieces: FloatArray, bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray,
-    step: FloatArray, time: float, lane: int, shift: float, here: FloatArray,
-) -> tuple[float, float]:  # fmt: skip
-    """Return the derivatives, at fixed time, of the path's height and velocity at a joint, on one of its pieces."""
-    piece = int(step[PIECE])
-    row = pieces[piece]
-    pace, lift, wavenumber = numbers[contract.PACE], numbers[contract.LIFT], row[contract.WAVENUMBER]
-    d_pace, d_lift = turns[contract.PACE, lane], turns[contract.LIFT, lane]
-    rate, d_rate = pace / row[contract.SCALE], d_pace / row[contract.SCALE]
-    d_away = d_pace * time - shift
-    d_wavenumber, d_sine, d_cosine, moved, moved_slope = 0.0, 0.0, 0.0, 0.0, 0.0
-    if table[lane] >= 0:
-        bend = bends[table[lane], base + piece]
-        d_away -= bend[contract.CENTRE]
-        d_wavenumber = bend[contract.WAVENUMBER]
-        d_sine, d_cosine = bend[contract.SINE] * lift, bend[contract.COSINE] * lift
-        for k in range(int(row[contract.DEGREE]), -1, -1):
-            moved_slope = moved_slope * here[JOINT_X] + moved
-            moved = moved * here[JOINT_X] + bend[contract.COEFFICIENT + k]
-    d_x = d_away / row[contract.SCALE]
-    height = d_lift * here[JOINT_Y] + lift * (here[JOINT_SLOPE] * d_x + moved)
-    velocity = d_lift * here[JOINT_SLOPE] * rate
-    velocity += lift * ((here[JOINT_BEND] * d_x + moved_slope) * rate + here[JOINT_SLOPE] * d_rate)
-    if wavenumber != 0.0:
-        d_sine += row[contract.SINE] * d_lift
-        d_cosine += row[contract.COSINE] * d_lift
-        s, c = here[JOINT_SINE], here[JOINT_COSINE]
-        omega, d_omega = wavenumber * pace, d_wavenumber * pace + wavenumber * d_pace
-        d_phase = d_wavenumber * here[JOINT_AWAY] + wavenumber * d_away
-        across = lift * (row[contract.SINE] * c - row[contract.COSINE] * s)
-        height += d_sine * s + d_cosine * c + across * d_phase
-        velocity += d_omega * across + omega * (d_sine * c - d_cosine * s)
-        velocity -= omega * lift * (row[contract.SINE] * s + row[contract.COSINE] * c) * d_phase
-    return height, velocity
+    return S[layout.JOINT_ACCELERATION], elastic_force(S[layout.JOINT_FACTOR], quadratic, cubic, eta, u, w)
 
 
 @uncounted_kernel
 def cross_in_contact(
     pieces: FloatArray, bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray,
-    step: FloatArray, after: FloatArray, end: FloatArray, carried: FloatArray, directions: contract.IntArray,
-    before: FloatArray, behind: FloatArray,
+    step: FloatArray, after: FloatArray, end: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray,
 ) -> None:  # fmt: skip
     """Take tangents at fixed s over a smooth joint of two pieces, where only accelerations jump.
 
@@ -340,42 +258,28 @@ def cross_in_contact(
     moves, and by what their fits leave. Behind the joint s counts so that DT is zero there.
     """
     u, w, time = end[FIRST], end[SECOND], after[TIME]
-    _fill_joint(pieces, numbers, step, time, u, w, before)
-    _fill_joint(pieces, numbers, after, time, u, w, behind)
-    for k in range(len(directions)):
-        lane = directions[k]
-        height, velocity = _path_change(
-            pieces, bends, base, table, numbers, turns, step, time, lane, carried[DSHIFT, lane], before
-        )
-        carried[DU, lane], carried[DW, lane] = height, velocity
+    leap, before = _meet_joint(pieces, bends, base, table, numbers, step, time, u, w, S, D)
+    for lane in range(LANES):
+        carried[DA, lane] -= D[layout.JOINT_HEIGHT, lane] / (2.0 * u)
+        carried[DB, lane] -= D[layout.JOINT_VELOCITY, lane]
     break_moves(bends, base, table, numbers, turns, step, after, carried)
-    for k in range(len(directions)):
-        lane = directions[k]
-        height, velocity = _path_change(
-            pieces, bends, base, table, numbers, turns, after, time, lane, carried[DSHIFT, lane], behind
-        )
-        carried[DA, lane] += (height - carried[DU, lane]) / (2.0 * u)
-        carried[DB, lane] += velocity - carried[DW, lane]
+    bend, behind = _meet_joint(pieces, bends, base, table, numbers, after, time, u, w, S, D)
     on_deck = step[ON_DECK] != 0.0
-    leap = _acceleration_there(pieces, numbers, step, before)
-    bend = _acceleration_there(pieces, numbers, after, behind)
     leap -= bend
-    lighter = before[JOINT_PUSH] - behind[JOINT_PUSH]
+    lighter = before - behind
     deck_leap = -lighter / numbers[contract.DECK_MASS] if on_deck else 0.0
-    y, v = _path_there(pieces, numbers, after, behind)
-    y -= u * u
-    v -= w
-    deck_bend = deck_acceleration(numbers, end[THIRD], end[FOURTH], on_deck, behind[JOINT_PUSH])
+    y, v = S[layout.JOINT_HEIGHT] - u * u, S[layout.JOINT_VELOCITY] - w
+    deck_bend = deck_acceleration(numbers, end[THIRD], end[FOURTH], on_deck, behind)
     if on_deck:
         y += end[THIRD]
         v += end[FOURTH]
         bend += deck_bend
-    bend += 1.0 + numbers[contract.STIFFNESS] * y + numbers[contract.DAMPING] * v - behind[JOINT_PUSH]
+    bend += 1.0 + numbers[contract.STIFFNESS] * y + numbers[contract.DAMPING] * v - behind
     for lane in range(LANES):
         dt = carried[DT, lane]
         delay = carried[DBREAK, lane] - dt
-        carried[DA, lane] -= 0.5 * w / u * dt
-        carried[DB, lane] += (deck_leap - lighter) * delay - (leap + bend) * dt
+        carried[DA, lane] += (D[layout.JOINT_HEIGHT, lane] - w * dt) / (2.0 * u)
+        carried[DB, lane] += D[layout.JOINT_VELOCITY, lane] + (deck_leap - lighter) * delay - (leap + bend) * dt
         carried[DY, lane] -= end[FOURTH] * dt
         carried[DZ, lane] += deck_leap * delay - deck_bend * dt
         carried[DT, lane] = 0.0

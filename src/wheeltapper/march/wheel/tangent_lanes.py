@@ -16,11 +16,12 @@ import numpy as np
 
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
-from wheeltapper.march.common.program import CONTACT, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, FloatArray, IntArray
+from wheeltapper.march.common.program import CONTACT, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, FloatArray, IntArray
 from wheeltapper.march.steps import lane_rows as at
+from wheeltapper.march.steps import variants
 from wheeltapper.march.steps.calling import call_eight
 from wheeltapper.march.steps.tangent_path import DA, DB, DSHIFT, DT, DY, DZ, LANES
-from wheeltapper.march.steps.variants import ALONGS, BASES, OF_LOSSY, TURN_PATH, has_deck, is_bent, is_flat, is_lossy
+from wheeltapper.march.steps.variants import ALONGS, BASES, OF_LOSSY, has_deck, is_bent, is_flat, is_lossy
 from wheeltapper.march.steps.written import tangents_of_cells
 from wheeltapper.march.wheel import pool as cells
 from wheeltapper.march.wheel.apart import enter_cell
@@ -58,62 +59,42 @@ def links_of(pool: cells.Pool, directions: IntArray, lossy: bool) -> Links:
 
 
 @inlined_uncounted_kernel
-def _fill_change(
-    i: int, lane: int, kind: int, base: int, step: FloatArray, numbers: FloatArray, turns: FloatArray,
-    bends: FloatArray, table: IntArray, links: Links,
-) -> None:  # fmt: skip
-    """Write how the numbers of the step in a lane of L, and its piece of the path, change with a parameter."""
-    L, piece = links.L, links.pool.pieces[base + int(step[PIECE])]
-    bent = table[lane] >= 0
-    bend = bends[max(table[lane], 0), base + int(step[PIECE]) if bent else 0]
-    pace, lift, wavenumber = numbers[contract.PACE], numbers[contract.LIFT], piece[contract.WAVENUMBER]
-    d_pace, d_lift = turns[contract.PACE, lane], turns[contract.LIFT, lane]
-    d_away = d_pace * step[TIME] - links.shifts[i, lane]
-    d_level = piece[contract.COEFFICIENT] * d_lift
-    if bent:
-        d_away -= bend[contract.CENTRE]
-        d_level += bend[contract.COEFFICIENT] * lift
-    L[at.LANE_OF_K + i] = turns[contract.STIFFNESS, lane]
-    L[at.LANE_OF_G + i] = turns[contract.DAMPING, lane]
-    L[at.LANE_OF_LOAD + i] = turns[contract.STIFFNESS, lane] * L[at.LANE_LEVEL + i] + L[at.LANE_K + i] * d_level
-    if wavenumber != 0.0:
-        d_wavenumber, d_a, d_b = 0.0, piece[contract.SINE] * d_lift, piece[contract.COSINE] * d_lift
-        if bent:
-            d_wavenumber = bend[contract.WAVENUMBER]
-            d_a += bend[contract.SINE] * lift
-            d_b += bend[contract.COSINE] * lift
-        d_omega = d_wavenumber * pace + wavenumber * d_pace
-        away = pace * step[TIME] - step[SHIFT] - piece[contract.CENTRE]
-        L[at.LANE_OF_AMP_SIN + i] = d_a
-        L[at.LANE_OF_AMP_COS + i] = d_b
-        L[at.LANE_OF_OMEGA + i] = d_omega
-        L[at.LANE_OF_PHASE + i] = d_wavenumber * away + wavenumber * d_away
+def _show_columns(i: int, row: FloatArray, kind: int, first: int, L: FloatArray) -> None:
+    """Put what a kind of steps needs of a row of the table of pieces, or of its changes, in a lane of L."""
+    for column in (contract.CENTRE, contract.COEFFICIENT, contract.SINE, contract.COSINE, contract.WAVENUMBER):
+        L[first + at.LANES * column + i] = row[column]
     if is_bent(kind):
-        L[at.LANE_OF_AHEAD + i] = d_away / piece[contract.SCALE]
-        L[at.LANE_OF_PACE + i] = d_pace / piece[contract.SCALE]
-        degree, factor_degree = piece[contract.DEGREE], piece[contract.FACTOR_DEGREE]
         for k in range(contract.TERMS):
-            d_path, d_factor = 0.0, 0.0
-            if k <= degree:
-                d_path = piece[contract.COEFFICIENT + k] * d_lift
-            if bent and k <= degree:
-                d_path += bend[contract.COEFFICIENT + k] * lift
-            if bent and k <= factor_degree:
-                d_factor = bend[contract.FACTOR + k]
-            L[at.LANE_OF_PATH + at.LANES * k + i] = d_path
-            L[at.LANE_OF_FACTOR + at.LANES * k + i] = d_factor
-    L[at.LANE_OF_ETA + i] = turns[contract.HYSTERESIS, lane]
-    if has_deck(kind):
-        mass = numbers[contract.DECK_MASS]
-        per_mass = 1.0 / mass if mass > 0.0 else 0.0
-        d_mass, on = turns[contract.DECK_MASS, lane], L[at.LANE_ON + i]
-        L[at.LANE_OF_SHARE + i] = -L[at.LANE_SHARE + i] * d_mass * per_mass
-        grown = on * turns[contract.PRESTRESS, lane] - L[at.LANE_PRESTRESS + i] * d_mass
-        L[at.LANE_OF_PRESTRESS + i] = grown * per_mass
-        grown = turns[contract.DECK_STIFFNESS, lane] - L[at.LANE_DECK_STIFF + i] * d_mass
-        L[at.LANE_OF_DECK_STIFF + i] = grown * per_mass
-        grown = turns[contract.DECK_DAMPING, lane] - L[at.LANE_DECK_DRAG + i] * d_mass
-        L[at.LANE_OF_DECK_DRAG + i] = grown * per_mass
+            L[first + at.LANES * (contract.COEFFICIENT + k) + i] = row[contract.COEFFICIENT + k]
+            L[first + at.LANES * (contract.FACTOR + k) + i] = row[contract.FACTOR + k]
+
+
+@inlined_uncounted_kernel
+def _show_piece(i: int, kind: int, piece: FloatArray, step: FloatArray, L: FloatArray) -> None:
+    """Put a step's piece of the path in a lane of L, as its table has it."""
+    L[at.LANE_SHIFT + i] = step[SHIFT]
+    L[at.LANE_PIECE + at.LANES * contract.SCALE + i] = piece[contract.SCALE]
+    _show_columns(i, piece, kind, at.LANE_PIECE, L)
+    if piece[contract.FACTOR_DEGREE] < 0.0:
+        L[at.LANE_PIECE + at.LANES * contract.FACTOR + i] = 1.0
+
+
+@inlined_uncounted_kernel
+def _show_changes(
+    filled: int, kind: int, lane: int, base: int, steps: FloatArray, turns: FloatArray, bends: FloatArray,
+    table: IntArray, links: Links,
+) -> None:  # fmt: skip
+    """Put in L how a cell's numbers and the pieces under its steps change with a parameter."""
+    for k in range(contract.NUMBERS):
+        links.L[at.LANE_OF_NUMBERS + k] = turns[k, lane]
+    for i in range(filled):
+        links.L[at.LANE_OF_SHIFT + i] = links.shifts[i, lane]
+        if table[lane] >= 0:
+            bend = bends[table[lane], base + int(steps[links.which[i], PIECE])]
+            _show_columns(i, bend, kind, at.LANE_OF_PIECE, links.L)
+    if table[lane] < 0:
+        for k in range(at.LANE_OF_PIECE, at.LANE_NUMBERS):
+            links.L[k] = 0.0
 
 
 @inlined_uncounted_kernel
@@ -127,8 +108,8 @@ def _keep_link(filled: int, begin: int, parts: int, k: int, links: Links) -> Non
 
 @uncounted_kernel
 def _link_lanes(
-    filled: int, begin: int, kind: int, base: int, steps: FloatArray, numbers: FloatArray, turns: FloatArray,
-    bends: FloatArray, table: IntArray, links: Links,
+    filled: int, begin: int, kind: int, base: int, steps: FloatArray, turns: FloatArray, bends: FloatArray,
+    table: IntArray, links: Links,
 ) -> None:  # fmt: skip
     """Link the steps in the lanes, all of one kind."""
     L, pool = links.L, links.pool
@@ -137,6 +118,7 @@ def _link_lanes(
     for i in range(filled, at.LANES):
         cells.fill_lane(i, cells.EMPTY, kind, pool.pieces, pool.first, pool.numbers, pool.rows, L)
         L[at.LANE_LENGTH + i] = 0.0
+        L[at.LANE_PIECE + at.LANES * contract.SCALE + i] = 1.0
     call_eight(pool.made[BASES + kind], L)
     for i in range(filled):
         row = links.end[links.which[i] - begin]
@@ -146,7 +128,9 @@ def _link_lanes(
         row[DY] = L[at.LANE_DECK_Y_END + i] if has_deck(kind) else 0.0
         row[DZ] = L[at.LANE_DECK_V_END + i] if has_deck(kind) else 0.0
         links.known[links.which[i] - begin] = 1
-    for k in range(at.LANE_OF_TIME, at.LANE_BASE):
+    for k in range(at.LANE_OF_TIME, at.LANE_SHIFT):
+        L[k] = 0.0
+    for k in range(at.LANE_OF_FORCING, at.LANE_BASE):
         L[k] = 0.0
     parts = STARTS if has_deck(kind) else 3
     level = is_flat(kind)
@@ -164,10 +148,8 @@ def _link_lanes(
         _keep_link(filled, begin, parts, start, links)
     for k in range(len(links.directions)):
         lane = links.directions[k]
-        for i in range(filled):
-            _fill_change(i, lane, kind, base, steps[links.which[i]], numbers, turns, bends, table, links)
-        if is_bent(kind):
-            call_eight(pool.made[TURN_PATH], L)
+        _show_changes(filled, kind, lane, base, steps, turns, bends, table, links)
+        call_eight(pool.made[variants.TURN_BENT if is_bent(kind) else variants.TURN_LEVEL], L)
         call_eight(pool.made[ALONGS + kind], L)
         _keep_link(filled, begin, parts, STARTS + k, links)
 
@@ -185,6 +167,10 @@ def link_steps(
     row, numbers, base = pool.rows[cell], pool.numbers[cell], pool.first[cell]
     links.known[:] = 0
     filled, kind, entered, lossy = 0, -1, False, False
+    for k in range(contract.NUMBERS):
+        L[at.LANE_NUMBERS + k] = numbers[k]
+    if numbers[contract.DECK_MASS] == 0.0:
+        L[at.LANE_NUMBERS + contract.DECK_MASS] = np.inf
     for lane in range(LANES):
         links.shift[lane] = carried[DSHIFT, lane]
         lossy = lossy or turns[contract.HYSTERESIS, lane] != 0.0
@@ -209,15 +195,16 @@ def link_steps(
         if lossy and not is_lossy(wanted):  # what is differentiated counts as there
             wanted += OF_LOSSY
         if filled == at.LANES or wanted != kind:
-            _link_lanes(filled, begin, kind, base, steps, numbers, turns, bends, table, links)
+            _link_lanes(filled, begin, kind, base, steps, turns, bends, table, links)
             filled, kind = 0, wanted
         cells.fill_lane(filled, cell, kind, pool.pieces, pool.first, pool.numbers, pool.rows, L)
+        _show_piece(filled, kind, pool.pieces[base + int(step[PIECE])], step, L)
         L[at.LANE_LENGTH + filled] = step[LENGTH]
         links.which[filled] = j
         for k in range(len(links.directions)):
             links.shifts[filled, links.directions[k]] = links.shift[links.directions[k]]
         filled += 1
-    _link_lanes(filled, begin, kind, base, steps, numbers, turns, bends, table, links)
+    _link_lanes(filled, begin, kind, base, steps, turns, bends, table, links)
 
 
 @inlined_uncounted_kernel
