@@ -146,9 +146,9 @@ def test_the_parts_of_the_rail_and_the_notes_say_what_happened():
 
 def over(line, surface, number=0):
     speed, load, start = line._drawn_pass(number)
-    program, length, time = line._pass_program(surface, speed, load, start)
+    program, law, time = line._pass_program(surface, speed, load, start)
     march = single.march(program)
-    return program._replace(pieces=march.pieces), march, length, time
+    return program._replace(pieces=march.pieces), march, law.length, time
 
 
 def looked_at(program, march, times):
@@ -170,7 +170,7 @@ def test_a_hardened_rail_yields_where_it_has_borne_and_the_force_is_continuous_t
     bore = surface.spline_at(surface.mean_spline(surface.borne, surface.onset), x) / length
     depth = before[:, OUT_DELTA] + before[:, OUT_RESIDUAL]
     np.testing.assert_allclose(depth, bore, rtol=1e-6)
-    hardened = bore > 1.001 * line.onset / length
+    hardened = bore > 1.001 * line.law.onset / length
     assert hardened.sum() > 3
     near = 1e-3 if law == "KogutEtsion" else 2e-4  # its force bends sharply just above yield
     np.testing.assert_allclose(after[hardened, OUT_FORCE], before[hardened, OUT_FORCE], rtol=near)

@@ -262,7 +262,7 @@ def test_wheels_that_follow_are_passes_of_the_yielding_contacts_march(kind):
     ride = STRUCK | {"contact": line.contact}
     record = wt.simulate(wt.Scenario(vehicle=in_a_row(3, gap), duration=0.2 + gap / 5.0, **ride), method="strict")
     for number in range(3):
-        program, length, unit = line._pass_program(surface, 10.0, 91_307.0, 0.0)
+        program, law, unit = line._pass_program(surface, 10.0, 91_307.0, 0.0)
         march = run.march(program)
         events = march.events
         events = events[events[:, contract.EVENT_TIME] * unit < 0.19]  # behind it marks of the first wheel go on
@@ -275,7 +275,7 @@ def test_wheels_that_follow_are_passes_of_the_yielding_contacts_march(kind):
         largest = march.peaks[march.peaks[:, contract.PEAK_TIME] * unit < 0.19, contract.PEAK_FORCE].max()
         own_peaks = record.peaks.isel(peak=record.peaks.wheelset == number + 1)
         own_peaks = own_peaks.normal_force.values[own_peaks.time.values - number * gap / 10.0 < 0.19]
-        assert own_peaks.max() == pytest.approx(largest * HEAVY["mass"] * length / unit**2, rel=1e-9)
+        assert own_peaks.max() == pytest.approx(largest * HEAVY["mass"] * law.length / unit**2, rel=1e-9)
     marks = wt.wear.marks(record).table
     left = marks.permanent_indentation.interp(position=line.sample_positions[50:-300]).values
     assert left == pytest.approx(surface.settled_indentation()[50 : len(line.sample_positions) - 300], abs=2e-10)

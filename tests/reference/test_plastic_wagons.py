@@ -209,7 +209,7 @@ def test_wheelsets_that_follow_are_passes_of_the_yielding_contacts_march(kind):
     scene = wt.Scenario(vehicle=row_of_wheelsets(3, gap), profiles=LEVEL, duration=0.2 + gap / 5.0, **ride)
     record = wt.simulate(scene, "strict")
     for number in range(3):
-        program, length, unit = line._pass_program(surface, 10.0, 91_307.0, 0.0)
+        program, law, unit = line._pass_program(surface, 10.0, 91_307.0, 0.0)
         march = run.march(program)
         events = march.events[march.events[:, contract.EVENT_TIME] * unit < 0.19]
         own = _of_wheel(record.events, number, gap)
@@ -220,7 +220,7 @@ def test_wheelsets_that_follow_are_passes_of_the_yielding_contacts_march(kind):
             march.peaks[march.peaks[:, contract.PEAK_TIME] * unit < 0.19],
             _of_wheel(record.peaks, number, gap),
         )
-        forces = peaks[:, contract.PEAK_FORCE] * HEAVY["mass"] * length / unit**2
+        forces = peaks[:, contract.PEAK_FORCE] * HEAVY["mass"] * law.length / unit**2
         assert 2 * found.normal_force.values[: len(peaks)] == pytest.approx(forces, rel=1e-8)
         surface, _ = line.after_pass(surface, number)
 

@@ -14,21 +14,11 @@ from wheeltapper.describe.irregularity.measured import Measured
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.shown import Shown
-from wheeltapper.lower.laws.plastic import patch_semi_axis
+from wheeltapper.lower.laws.plastic import PlasticLaw, patch_semi_axis
 from wheeltapper.lower.marks.marks import SAMPLES, SEMI_AXIS, Surface
-from wheeltapper.lower.marks.wagon_marks import (
-    SIDES,
-    lane_of,
-    onset_of,
-    path_of,
-    read_contacts,
-    semi_axis_of,
-    wagon_rails,
-)
+from wheeltapper.lower.marks.wagon_marks import SIDES, semi_axis_of, wagon_rails
 from wheeltapper.lower.on_rails import memory_of, on_wheels, virgin_rail
 from wheeltapper.march import run
-from wheeltapper.march.common import program as contract
-from wheeltapper.march.common.law_columns import PLASTIC_ONSET
 from wheeltapper.record.record import Record
 
 if TYPE_CHECKING:
@@ -86,8 +76,8 @@ class _Rolled(NamedTuple):
     ----------
     radius, position
         Of its wheels, and x at time zero, m.
-    law, unit, onset
-        The plastic law, its unit of length, m, and the indentation at which a virgin surface yields, m.
+    law
+        The plastic law.
     depth
         Indentation of the virgin surface, m, over places along the rail, m; zero where nothing touched it, and where a
         surface that wheels had pressed before did not yield.
@@ -95,9 +85,7 @@ class _Rolled(NamedTuple):
 
     radius: float
     position: float
-    law: FloatArray
-    unit: float
-    onset: float
+    law: PlasticLaw
     depth: Callable[[FloatArray], FloatArray]
 
 
@@ -119,27 +107,36 @@ def marks(record: Record) -> Marks:
     """
     if not isinstance(record, Record):
         raise InputError("", "record", f"a {type(record).__name__}", "a Record")
-    scenario = record.scenario
+    import xarray as xr
+
+    scenario, contacts = record.scenario, record._contacts
     marcher = run.choose(run.MARKS, scenario.needs)
-    if marcher.is_of_wagons:
-        return _marks_of_wagon(record)
-    on_rails = marcher is run.GENERAL
     share, way = scenario.contact.share_of_rail, float(scenario.speed * record.end)
-    first = scenario.vehicle.plane.wheelsets[0] if on_rails else scenario.vehicle
-    semi_axis = patch_semi_axis(scenario.contact, first, float(np.ravel(record.static_force)[0]))
-    spacing = semi_axis / SEMI_AXIS / SAMPLES
-    rolled = _rolled_on_rails(record, way, spacing) if on_rails else [_rolled_alone(record, way, spacing)]
-    start = min(one.position for one in rolled)
-    if on_rails and scenario.rolling == "point":
-        x, both = _left_behind(record, way)
+    semi_axis = _semi_axis(record)
+    wheels = [_rolled(record, one, way, semi_axis / SEMI_AXIS / SAMPLES) for one in range(len(contacts.position))]
+    start = float(contacts.position.min())
+    if scenario.rolling == "point" and marcher not in run.WHEELS:
+        surfaces = _surfaces(record, way, semi_axis)
+        inside = surfaces[0].sample_positions <= float(np.ptp(contacts.position)) + way
+        found = [(one.sample_positions[inside] + start, one.settled_indentation()[inside]) for one in surfaces]
     else:
-        x, both = _left_on_virgin_rail(rolled, way, start, semi_axis)
+        sides = [wheels[side :: contacts.sides] for side in range(contacts.sides)]
+        found = [_left_on_virgin_rail(one, way, start, semi_axis) for one in sides]
+    tables = [_table(x, both, share) for x, both in found]
     return Marks(
-        (_rail_part(x, both, share),),
-        tuple(_wheel_part(one, way, semi_axis, 1.0 - share) for one in rolled),
-        _table(x, both, share),
+        tuple(_rail_part(x, both, share) for x, both in found),
+        tuple(_wheel_part(one, way, semi_axis, 1.0 - share) for one in wheels),
+        xr.concat(tables, xr.Variable("side", [*SIDES])) if contacts.has_sides else tables[0],
         _notes(semi_axis),
     )
+
+
+def _semi_axis(record: Record) -> float:
+    """Return the semi-axis of the patch of the first wheels along the rail, m."""
+    scenario = record.scenario
+    if record._contacts.has_sides:
+        return semi_axis_of(scenario, float(record._contacts.static_force[: len(SIDES)].mean()))
+    return patch_semi_axis(scenario.contact, scenario.vehicle.plane.wheelsets[0], record.static_force)
 
 
 def _notes(semi_axis: float) -> tuple[str, ...]:
@@ -150,57 +147,42 @@ def _rail_part(x: FloatArray, both: FloatArray, share: float) -> Measured:
     return Measured(positions=tuple(x.tolist()), heights=tuple((-share * both).tolist()), beyond="flat")
 
 
-def _marks_of_wagon(record: Record) -> Marks:
-    """Return the marks on both rails, and on all wheels of a wagon."""
-    import xarray as xr
+def _rolled(record: Record, contact: int, way: float, spacing: float) -> _Rolled:
+    """Return what a contact's wheel has rolled over."""
+    lowered, march, speed = record._lowered, record._march, float(record.scenario.speed)
+    position, radius = (float(values[contact]) for values in (record._contacts.position, record._contacts.radius))
 
+    def depth_at(places: FloatArray) -> FloatArray:
+        times = np.clip((places - position) / speed, 0.0, record.end)
+        indentation, left, yields = lowered.pressed(march, contact, times)
+        return np.where(yields | (left == 0.0), indentation + left, 0.0)
+
+    def slope_at(places: FloatArray) -> FloatArray:
+        return np.asarray(lowered.slopes_below(march, contact, places - position))
+
+    depth = _depth_function(record.scenario.rolling, position, way, radius, spacing, depth_at, slope_at)
+    return _Rolled(radius, position, lowered.plastic_laws[contact % len(lowered.plastic_laws)], depth)
+
+
+def _surfaces(record: Record, way: float, semi_axis: float) -> list[Surface]:
+    """Return each rail as wheels leave it of which each met the marks of those before it."""
     scenario, lowered, march = record.scenario, record._lowered, record._march
-    assembly, share = march.paved(lowered.assembly), scenario.contact.share_of_rail
-    way, semi_axis = float(scenario.speed * record.end), semi_axis_of(scenario, float(lowered.static_force[0].mean()))
-    rolled = [_rolled_of_wagon(record, side, way, semi_axis / SEMI_AXIS / SAMPLES) for side in range(len(SIDES))]
-    start = min(one.position for one in rolled[0])
-    if scenario.rolling == "point":
-        marking = wagon_rails(scenario, assembly, (), semi_axis).begin()
-        marking.press(assembly, march)
-        surfaces = [rail.left() for rail in marking.sides]
-        inside = surfaces[0].sample_positions <= max(one.position for one in rolled[0]) - start + way
-        found = [(one.sample_positions[inside] + start, one.settled_indentation()[inside]) for one in surfaces]
-    else:
-        found = [_left_on_virgin_rail(of_side, way, start, semi_axis) for of_side in rolled]
-    return Marks(
-        tuple(_rail_part(x, both, share) for x, both in found),
-        tuple(_wheel_part(one, way, semi_axis, 1.0 - share) for pair in zip(*rolled, strict=True) for one in pair),
-        xr.concat([_table(x, both, share) for x, both in found], xr.Variable("side", [*SIDES])),
-        _notes(semi_axis),
-    )
-
-
-def _rolled_of_wagon(record: Record, side: int, way: float, spacing: float) -> list[_Rolled]:
-    """Return the wheels of one side of a wagon."""
-    scenario, speed, out = record.scenario, float(record.scenario.speed), list[_Rolled]()
-    assembly = record._march.paved(record._lowered.assembly)
-    onset = onset_of(assembly)
-    for number, axle in enumerate(scenario.vehicle.axles):
-        position, lane = float(axle.position), lane_of(number, side)
-
-        def depth_at(places: FloatArray, position: float = position, lane: int = lane) -> FloatArray:
-            times = np.clip((places - position) / speed, 0.0, record.end)
-            delta, left, _, stretch = read_contacts(assembly, record._march, times)[:, :, lane].T
-            return np.where((stretch > 0.0) | (left == 0.0), np.maximum(delta, 0.0) + left, 0.0)
-
-        def slope_at(places: FloatArray, position: float = position, lane: int = lane) -> FloatArray:
-            return path_of(assembly, lane).slope_at(places - position)
-
-        depth = _depth_function(scenario.rolling, position, way, float(axle.radius), spacing, depth_at, slope_at)
-        out.append(_Rolled(float(axle.radius), position, assembly.law, onset, onset, depth))
-    return out
+    if record._contacts.has_sides:
+        assembly = march.paved(lowered.assembly)
+        both = wagon_rails(scenario, assembly, (), semi_axis).begin()
+        both.press(assembly, march)
+        return [rail.left() for rail in both.sides]
+    vehicle = on_wheels(scenario)
+    marking = memory_of(vehicle, (), virgin_rail(vehicle, way), way).begin()
+    march.lay(marking)
+    return [marking.left()]
 
 
 def _settled(one: _Rolled, reached: FloatArray, interval: float) -> FloatArray:
     """Return the permanent indentation of samples of a virgin surface that were pressed so deep, averaged."""
-    surface = Surface(np.full_like(reached, one.onset), np.zeros_like(reached), interval, one.onset, SAMPLES)
-    pressed = np.maximum(reached, one.onset)
-    return surface.after_yielding(0, pressed, one.law, one.unit, 1.0).settled_indentation()
+    onset = one.law.onset
+    surface = Surface(np.full_like(reached, onset), np.zeros_like(reached), interval, onset, SAMPLES)
+    return surface.after_yielding(0, np.maximum(reached, onset), one.law, 1.0).settled_indentation()
 
 
 def _left_on_virgin_rail(
@@ -208,22 +190,11 @@ def _left_on_virgin_rail(
 ) -> tuple[FloatArray, FloatArray]:
     """Return places, m, and what wheels leave there that each met virgin rail: the most that any of them leaves."""
     extent = max(one.position for one in rolled) - start
-    virgin = Surface.virgin_surface(extent + way, semi_axis, rolled[0].onset, SAMPLES)
+    virgin = Surface.virgin_surface(extent + way, semi_axis, rolled[0].law.onset, SAMPLES)
     x = virgin.sample_positions + start
     left = [_settled(one, one.depth(x), virgin.interval) for one in rolled]
     inside = x <= start + extent + way
     return x[inside], np.max(left, axis=0)[inside]
-
-
-def _left_behind(record: Record, way: float) -> tuple[FloatArray, FloatArray]:
-    """Return places, m, and what wheels leave there of which each met the marks of those before it."""
-    vehicle = on_wheels(record.scenario)
-    memory = memory_of(vehicle, (), virgin_rail(vehicle, way), way)
-    marking, start = memory.begin(), min(vehicle.plane.positions)
-    record._march.lay(marking)
-    places = memory.before.sample_positions
-    inside = places <= max(memory.offsets) + way
-    return places[inside] + start, marking.left().settled_indentation()[inside]
 
 
 def _wheel_part(one: _Rolled, way: float, semi_axis: float, share: float) -> OutOfRound:
@@ -238,41 +209,6 @@ def _wheel_part(one: _Rolled, way: float, semi_axis: float, share: float) -> Out
     wrapped = WRAPPED * SAMPLES
     ring = _settled(one, np.concatenate([around[-wrapped:], around, around[:wrapped]]), interval)[wrapped:-wrapped]
     return OutOfRound(places=tuple(arc.tolist()), deviations=tuple((-share * ring).tolist()))
-
-
-def _rolled_alone(record: Record, way: float, spacing: float) -> _Rolled:
-    """Return a wheelset of the yielding contact's march."""
-    law, unit, speed = record._lowered.program.law, record._lowered.length, float(record.scenario.speed)
-
-    def depth_at(places: FloatArray) -> FloatArray:
-        return np.asarray(record.at(np.minimum(places / speed, record.end)).indentation.values)
-
-    radius = float(record.scenario.vehicle.radius)
-    depth = _depth_function(
-        record.scenario.rolling, 0.0, way, radius, spacing, depth_at, record._lowered.table.slope_at
-    )
-    return _Rolled(radius, 0.0, law, unit, float(law[0, contract.LAW_START] * unit), depth)
-
-
-def _rolled_on_rails(record: Record, way: float, spacing: float) -> list[_Rolled]:
-    """Return the wheelsets of a general march."""
-    plane, out = record.scenario.vehicle.plane, list[_Rolled]()
-    found = record._march
-    wheels = found.system.wheels
-    for number, (wheelset, position, wheel) in enumerate(zip(plane.wheelsets, plane.positions, wheels, strict=True)):
-        to_table = wheel.start - position
-
-        def depth_at(places: FloatArray, number: int = number, by: float = to_table) -> FloatArray:
-            indented, left, bears = found.pressed(number, places + by)
-            return np.where((indented > bears) | (left == 0.0), indented + left, 0.0)
-
-        def slope_at(places: FloatArray, number: int = number, by: float = to_table) -> FloatArray:
-            return np.asarray(found.path_slopes(number, places + by))
-
-        onset, radius = float(wheel.law.numbers[PLASTIC_ONSET - 1]), float(wheelset.radius)
-        depth = _depth_function(record.scenario.rolling, float(position), way, radius, spacing, depth_at, slope_at)
-        out.append(_Rolled(radius, float(position), wheel.law.table, onset, onset, depth))
-    return out
 
 
 def _depth_function(

@@ -16,14 +16,13 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import lower
 from wheeltapper.lower.fields import Fields
-from wheeltapper.lower.laws.plastic import dissipated_by, law_rows, patch_semi_axis, plastic_bearing, static_force_of
+from wheeltapper.lower.laws.plastic import PlasticLaw, law_rows, patch_semi_axis, plastic_bearing, static_force_of
 from wheeltapper.lower.marks.marks import MarkedPath, Surface, height_at, marks_at
 from wheeltapper.lower.numbers import METHODS, Placing, numbers_of
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import Program
 from wheeltapper.march.general.at_rest import indentation_at_rest
-from wheeltapper.record.yielded import beyond_force
 
 FloatArray = NDArray[np.float64]
 
@@ -117,9 +116,9 @@ class RailLine:
         self._lowered = lowered
         self.program, self.notes, self.static_force = lowered.program, lowered.notes, lowered.static_force
         self.length = checked_length(scenario, scatter)
-        self.onset = float(lowered.program.law[0, contract.LAW_START] * lowered.length)
+        (self.law,) = lowered.plastic_laws
         self.semi_axis = patch_semi_axis(scenario.contact, scenario.vehicle, lowered.static_force)
-        self.virgin = Surface.virgin_surface(self.length, self.semi_axis, self.onset, per_interval)
+        self.virgin = Surface.virgin_surface(self.length, self.semi_axis, self.law.onset, per_interval)
         self._path = MarkedPath(lowered.table, self.virgin, self.length)
         self._samples = self.virgin.sample_positions[self.virgin.sample_positions < self.length]
         self.base = lowered.table.height_at(self._samples)
@@ -133,10 +132,6 @@ class RailLine:
         """Return the height of the rail at the samples, m."""
         return np.asarray(self.base - self.contact.share_of_rail * self.settled(surface))
 
-    def beyond_law(self, reached: float) -> tuple[str, ...]:
-        """Return notes if a contact force, N, is beyond the range of the law."""
-        return beyond_force(self.contact, self._lowered, reached)
-
     def settled(self, surface: Surface) -> FloatArray:
         """Return the permanent indentation at the samples, averaged over the patch, m."""
         return surface.settled_indentation()[: len(self._samples)]
@@ -146,8 +141,10 @@ class RailLine:
         faster, heavier, start = drawn_pass(self.scatter, number)
         return float(self.scenario.speed) * faster, float(self.scenario.vehicle.load) * heavier, start
 
-    def _pass_program(self, surface: Surface, speed: float, load: float, start: float) -> tuple[Program, float, float]:
-        """Return the program of a pass over the surface, and its units of length (m) and time (s)."""
+    def _pass_program(
+        self, surface: Surface, speed: float, load: float, start: float
+    ) -> tuple[Program, PlasticLaw, float]:
+        """Return the program of a pass over the surface, its law with its units, and its unit of time, s."""
         lowered = self._lowered
         numbers, length, time, law = lowered.program.numbers.copy(), lowered.length, lowered.time, lowered.program.law
         vehicle = self.scenario.vehicle
@@ -157,10 +154,12 @@ class RailLine:
             drawn, units = numbers_of(Fields(changed), Placing(one, one, none, none, one), self._method)
             numbers[: contract.LOOP] = drawn[0, : contract.LOOP]
             length, time = units.length.item(), units.time.item()
-            law = law_rows(self.contact, self.onset / length)
+            law = law_rows(self.contact, self.law.onset / length)
             if numbers[contract.DECK_MASS] > 0.0:
                 numbers[contract.PRESTRESS] = static_force_of(law, numbers[contract.STIFFNESS])
-        pieces = self._path.pieces_over(surface, law, length, self.contact.share_of_rail)
+        force = self.scenario.vehicle.mass * length / time**2
+        made = PlasticLaw(law, length, force)
+        pieces = self._path.pieces_over(surface, made, self.contact.share_of_rail)
         numbers[contract.LOOP] = len(pieces)
         numbers[contract.START_SHIFT] = -start
         numbers[contract.END] = (self.length - start) / speed / time
@@ -172,33 +171,31 @@ class RailLine:
             stiffness = numbers[contract.STIFFNESS]
             bearing = plastic_bearing(law, residual / length, bears / length, factor)
             numbers[contract.START_HEIGHT] = height - indentation_at_rest(bearing, 1.0, stiffness, height)
-        return Program(pieces, numbers, law), length, time
+        return Program(pieces, numbers, law), made, time
 
     def after_pass(self, surface: Surface, number: int) -> tuple[Surface, PassResult]:
         """Return the surface after pass `number`, and the results of that pass."""
         from wheeltapper.march.wheel.dense import OUT_DELTA, OUT_FORCE, OUT_RESIDUAL
 
         speed, load, start = self._drawn_pass(number)
-        program, length, time = self._pass_program(surface, speed, load, start)
+        program, law, time = self._pass_program(surface, speed, load, start)
         march = run.march(program)
-        force = self.scenario.vehicle.mass * length / time**2
         first = int(np.searchsorted(self._samples, start))
         times = (self._samples[first:] - start) / speed / time
         out = march.at(times)
-        depths = (np.maximum(out[:, OUT_DELTA], 0.0) + out[:, OUT_RESIDUAL]) * length
+        depths = (np.maximum(out[:, OUT_DELTA], 0.0) + out[:, OUT_RESIDUAL]) * law.length
         reached = surface.yield_reached(first, depths)
         before = surface.borne[first : first + len(reached)]
         grown = reached > before
-        dissipated = dissipated_by(program.law, reached[grown] / length)
-        dissipated -= dissipated_by(program.law, before[grown] / length)
-        work = float(dissipated.sum()) * force * length * surface.sample_spacing / (2.0 * self.semi_axis)
+        dissipated = law.dissipated_by(reached[grown]) - law.dissipated_by(before[grown])
+        work = float(dissipated.sum()) * surface.sample_spacing / (2.0 * self.semi_axis)
         limit = program.law[0, contract.LAW_START] ** 1.5
         elastic = float(np.mean(out[:, OUT_FORCE] <= limit))
         beyond = float(np.mean(out[:, OUT_FORCE] > SHAKEDOWN * limit))
         largest = max(float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)), float(out[:, OUT_FORCE].max()))
         told = PassResult(
-            march.status, speed, load, start, largest * force,
+            march.status, speed, load, start, largest * law.force,
             int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum()), self.length - start, work, elastic,
             1.0 - elastic - beyond, beyond,
         )  # fmt: skip
-        return surface.after_yielding(first, reached, program.law, length, self.scatter.hardening), told
+        return surface.after_yielding(first, reached, law, self.scatter.hardening), told

@@ -13,14 +13,11 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK
-from wheeltapper.ground.notes import Note
 from wheeltapper.lower.marks.marks import Surface
 from wheeltapper.lower.marks.wagon_marks import (
     SIDES,
     WornRails,
-    constant_of,
     lane_of,
-    onset_of,
     path_of,
     semi_axis_of,
 )
@@ -28,7 +25,6 @@ from wheeltapper.lower.wagon import LoweredWagon, lower_wagon, started
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.wagon import assembly as asm
-from wheeltapper.record.yielded import beyond_force_of_wagon
 
 FloatArray = NDArray[np.float64]
 WHEELS = 2.0
@@ -73,11 +69,9 @@ class RailLineOfWagons:
         self._begins = float(min(places.min() for places in positions))
         extent = float(max(places.max() for places in positions)) - self._begins
         lowered = _lowered(scenario, method, self._worn(_NOTHING, _NOTHING))
-        self.program, self.notes = lowered.program, lowered.notes
+        self.program, self.notes, (self.law,) = lowered.program, lowered.notes, lowered.plastic_laws
         self.semi_axis = semi_axis_of(scenario, float(lowered.static_force[0].mean()))
-        self._rail = Surface.virgin_surface(
-            extent + self.length, self.semi_axis, onset_of(lowered.assembly), per_interval
-        )
+        self._rail = Surface.virgin_surface(extent + self.length, self.semi_axis, self.law.onset, per_interval)
         self.virgin = self._joined(self._rail, self._rail)
         places = self._rail.sample_positions + self._begins
         self._seen = (places >= 0.0) & (places < self.length)
@@ -87,7 +81,6 @@ class RailLineOfWagons:
             path_of(lowered.assembly, lane_of(0, side)).height_at(self.sample_positions - first)
             for side in range(len(SIDES))
         ])  # fmt: skip
-        self._lowered = lowered
 
     def _worn(self, left: Surface, right: Surface) -> WornRails:
         return WornRails((left, right), self.static_force, self._begins, self.scatter.hardening)
@@ -110,10 +103,6 @@ class RailLineOfWagons:
         """Return the heights of both rails at the samples, (sides, samples), m."""
         return np.asarray(self._base - self.scenario.contact.share_of_rail * self.settled(surface), dtype=np.float64)
 
-    def beyond_law(self, reached: float) -> tuple[Note, ...]:
-        """Return notes if a contact force, N per wheelset, is beyond the range of the law."""
-        return beyond_force_of_wagon(self.scenario.contact, self._lowered, reached)
-
     def after_pass(self, surface: Surface, number: int) -> tuple[Surface, PassResult]:
         """Return the surface after pass `number`, and the results of that pass."""
         faster, heavier, start = drawn_pass(self.scatter, number)
@@ -128,7 +117,7 @@ class RailLineOfWagons:
         marking = memory.begin()
         marking.press(assembly, march, everywhere=True)
         pressures = np.concatenate([one for rail in marking.sides for one in rail.pressures])
-        unit = WHEELS * constant_of(assembly) * onset_of(assembly) ** 1.5
+        unit = WHEELS * memory.rails[0].laws[0].force
         elastic, beyond = float(np.mean(pressures <= 1.0)), float(np.mean(pressures > SHAKEDOWN))
         treads = march.peaks[:, contract.PEAK_CONTACT] < assembly.numbers[asm.TREADS] * asm.LANES
         largest = WHEELS * float(march.peaks[treads, contract.PEAK_FORCE].max(initial=0.0))

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.passes import SHAKEDOWN, PassResult, Scatter, checked_length, drawn_pass
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.notes import Note
 from wheeltapper.lower.marks.marks import SEMI_AXIS, Surface
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.lower.on_rails import (
@@ -30,7 +29,6 @@ from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.general.contract import Task
-from wheeltapper.record.yielded import beyond_force_on_rails
 
 FloatArray = NDArray[np.float64]
 
@@ -65,7 +63,7 @@ class RailLineOnTrack:
     ) -> None:
         lowered = lower_on_rails(scenario, method)
         self.scenario, self.scatter, self._method = scenario, scatter, method
-        self.program, self.notes = lowered.program, lowered.notes
+        self.program, self.notes, self.law = lowered.program, lowered.notes, lowered.plastic_laws[0]
         self.length = checked_length(scenario, scatter)
         passing = [scenario.replaced({"vehicle": vehicle}) for vehicle in vehicles] or [scenario]
         for one in passing:
@@ -101,10 +99,6 @@ class RailLineOnTrack:
         """Return the height of the rail at the samples, m."""
         return np.asarray(self._base - self.scenario.contact.share_of_rail * self.settled(surface), dtype=np.float64)
 
-    def beyond_law(self, reached: float) -> tuple[Note, ...]:
-        """Return notes if a contact force, N, is beyond the range of the law."""
-        return beyond_force_on_rails(self.scenario.contact, self.program.system.contacts[0].law, reached, self._rails)
-
     @property
     def _rails(self) -> float:
         return float(self.scenario.vehicle.plane.rails)
@@ -131,7 +125,7 @@ class RailLineOnTrack:
         largest = float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * self._rails
         told = PassResult(
             march.status, speed, float(scenario.vehicle.plane.wheelsets[0].load), start,
-            max(largest, float(pressures.max()) * max(memory.forces)),
+            max(largest, float(pressures.max()) * max(law.force for law in memory.laws)),
             int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum()), length, marking.work, elastic,
             1.0 - elastic - beyond, beyond,
         )  # fmt: skip

@@ -35,6 +35,7 @@ from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
 from wheeltapper.record.files.checksum import CHECKSUM, checksum, is_damaged
 from wheeltapper.record.kinds import OUTCOMES
 from wheeltapper.record.labels import WEAR_TITLE
+from wheeltapper.record.yielded import beyond_law
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -356,7 +357,7 @@ class _Evolution:
         return xr.Dataset(variables, coordinates, self._evolution_attributes())
 
     def _evolution_attributes(self) -> dict[str, Any]:
-        line = self._line
+        line, reached = self._line, max((one.largest_force for one in self._pass_results), default=0.0)
         return {
             "title": WEAR_TITLE,
             "wheeltapper": __version__,
@@ -367,7 +368,7 @@ class _Evolution:
             "ended": self._ended or "all passes made",
             "notes": json.dumps([
                 *line.notes,
-                *line.beyond_law(max((one.largest_force for one in self._pass_results), default=0.0)),
+                *beyond_law(line.scenario.contact, [line.law], [reached]),
                 f"marks are averaged over the contact patch, {2e3 * line.semi_axis:.2f} mm long: shorter ones are not "
                 "resolved",
             ]),

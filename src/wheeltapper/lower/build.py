@@ -15,7 +15,7 @@ from wheeltapper.ground.needs import MEMORY, YIELDING
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.laws import ellipse
-from wheeltapper.lower.laws.plastic import yielding_programs
+from wheeltapper.lower.laws.plastic import PlasticLaw, yielding_programs
 from wheeltapper.lower.numbers import FINER, METHODS, SMALL, Method, Placing, numbers_of
 from wheeltapper.lower.paths.fit import Factor
 from wheeltapper.lower.paths.point import point_table
@@ -59,6 +59,26 @@ class Lowered:
     static_force: float
     contact_constant: float
     notes: tuple[Note, ...]
+
+    @property
+    def plastic_laws(self) -> tuple[PlasticLaw, ...]:
+        """Of the wheelset, if its contact yields."""
+        law = self.program.law
+        return (PlasticLaw(law, self.length, self.force),) if len(law) else ()
+
+    def pressed(
+        self, march: Marched, contact: int, times: FloatArray
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Return how deep a contact of a march is at times, s, what earlier ones have left there, m, and if it yields.
+
+        The indentation is that of the surface as it is, m.
+        """
+        indentation, left = march.indentations(times / self.time) * self.length
+        return indentation, left, indentation + left > self.plastic_laws[contact].onset
+
+    def slopes_below(self, march: Marched, contact: int, distances: FloatArray) -> FloatArray:
+        """Return the slope of a contact's path where it has travelled so far, m."""
+        return self.table.slope_at(distances)
 
     def finer(self) -> Lowered:
         """Return the same with smaller errors of steps."""

@@ -27,8 +27,8 @@ from wheeltapper.lower.build import path_table
 from wheeltapper.lower.known import check_known
 from wheeltapper.lower.laws import ellipse
 from wheeltapper.lower.laws.own_law import table_note, tabulated_law
-from wheeltapper.lower.laws.plastic import patch_semi_axis, stretched_rows, virgin_pieces
-from wheeltapper.lower.marks.marks import SAMPLES, MarkedPath, Surface
+from wheeltapper.lower.laws.plastic import PlasticLaw, patch_semi_axis, stretched_rows, virgin_pieces
+from wheeltapper.lower.marks.marks import SAMPLES, VIRGIN, MarkedPath, Surface
 from wheeltapper.lower.marks.rail_memory import RailMemory
 from wheeltapper.lower.numbers import METHODS, SHORTER, SMALL, Method, contact_alone, hysteresis_factor, units_of
 from wheeltapper.lower.paths.table import PathTable, blank_rows
@@ -62,10 +62,6 @@ METHODS_OF_BODIES = {
 better, but shorter steps are. All is the same however many contacts there are, so that one more changes nothing."""
 TABLE_BYTES = 50.0
 """Memory for each place in a bay, node and mode, while tables of single precision are made."""
-VIRGIN = Note(
-    'each wheel rolls over virgin rail; with rolling="point" wheels meet the marks of those before them', "virgin rail"
-)
-"""What several wheels that yield do where they roll as circles."""
 SUDDEN = Note(
     "the track is at rest under the wheels at t = 0, which then move at full speed: what follows in the first 0.1 s or "
     "so is also the answer to this start",
@@ -122,6 +118,22 @@ class LoweredOnRails:
     paths: tuple[PathTable, ...] = ()
     length: float = 1.0
     time: float = 1.0
+
+    @property
+    def plastic_laws(self) -> tuple[PlasticLaw, ...]:
+        """Of the wheelsets whose contacts yield."""
+        laws = (wheel.law for wheel in self.program.system.wheels)
+        return tuple(plastic_of(law, self.force) for law in laws if law.kind == switch.PLASTIC)
+
+    def pressed(
+        self, march: Marched, contact: int, times: FloatArray
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Return how deep a contact is at times, s, what earlier ones have left there, m, and if it yields."""
+        return march.pressed(contact, times)
+
+    def slopes_below(self, march: Marched, contact: int, distances: FloatArray) -> FloatArray:
+        """Return the slope of a contact's path where it has travelled so far, m."""
+        return march.path_slopes(contact, distances)
 
     def finer(self) -> LoweredOnRails:
         """Return the same with shorter macro steps where a track gives way; else no kink makes a step less exact."""
@@ -456,7 +468,7 @@ def remembering(system: general.System, memory: RailMemory) -> general.System:
 
 def virgin_rail(vehicle: OnWheels, way: float, per_interval: int = SAMPLES, extent: float = 0.0) -> Surface:
     """Return the surface of a rail for a vehicle, or longer ones, that go so far, m."""
-    plane, onsets = vehicle.plane, [float(law.numbers[PLASTIC_ONSET - 1]) for law in vehicle.laws]
+    plane, onsets = vehicle.plane, [plastic_of(law, 1.0).onset for law in vehicle.laws]
     semi_axis = patch_semi_axis(vehicle.contact, plane.wheelsets[0], float(vehicle.static_force[0]))
     leading = onsets[int(np.argmax(plane.positions))]
     return Surface.virgin_surface(max(plane.extent, extent) + way, semi_axis, leading, per_interval)
@@ -472,17 +484,18 @@ def memory_of(
     default under the last wheel.
     """
     plane, contact = vehicle.plane, vehicle.contact
-    numbers = np.array([law.numbers for law in vehicle.laws])
-    onsets = numbers[:, PLASTIC_ONSET - 1]
-    forces = numbers[:, PLASTIC_CONSTANT - 1] * onsets**1.5 * plane.rails
     offsets = (np.array(plane.positions) - (min(plane.positions) if start is None else start)).tolist()
     marked = tuple(
         MarkedPath(table.moved(offset), before, offset + way) for table, offset in zip(tables, offsets, strict=False)
     )  # fmt: skip
-    return RailMemory(
-        vehicle.laws[0].table, tuple(onsets.tolist()), tuple(forces.tolist()), tuple(offsets), contact.share_of_rail,
-        hardening, before, marked, way,
-    )  # fmt: skip
+    laws = tuple(plastic_of(law, float(plane.rails)) for law in vehicle.laws)
+    return RailMemory(laws, tuple(offsets), contact.share_of_rail, hardening, before, marked, way)
+
+
+def plastic_of(law: general.Law, rails: float) -> PlasticLaw:
+    """Return the plastic law of a wheelset on so many equal rails."""
+    constant, onset = law.numbers[[PLASTIC_CONSTANT - 1, PLASTIC_ONSET - 1]].tolist()
+    return PlasticLaw.over_onset(law.table, onset, constant * rails)
 
 
 def shortest_wave(scenario: Scenario, plane: PlaneVehicle) -> float | None:
@@ -503,18 +516,7 @@ def _below_sleeper(modes: IrregularModes, void: Void) -> general.Contact:
     law = general.Law(switch.LINEAR_LAW, np.array([void.stiffness]))
     if void.damping > 0.0:
         law = general.Law(switch.KELVIN, np.array([void.stiffness, void.damping]))
-    return _stayed(law, port_of(modes, void))
-
-
-def port_of(modes: IrregularModes, void: Void, arm: float = 1.0) -> general.Port:
-    """Return a sleeper over a void as forces press it up, at so many times the distance of the rail from its middle.
-
-    What the modes leave out of the sleeper is next to nothing, and of either sign. A damper's force would follow by it
-    with a time of some 1e-8 s, late or early, which no step resolves: there it is none.
-    """
-    place = void.seat % len(modes.sleeper)
-    residual = float(modes.sleeper_residual[place]) * arm**2 if void.damping == 0.0 else 0.0
-    return general.Port(-arm * modes.sleeper[place], -arm * modes.sleeper_drive[place], void.gap, residual)
+    return _stayed(law, modes.port_of(void))
 
 
 def check_speed(speed: float, track: SupportedRail, ring: Ring, method: general.Method, way: float = 0.0) -> None:

@@ -33,13 +33,13 @@ from wheeltapper.lower.laws.patches import (
     patch_tables,
     saturation_cells,
 )
-from wheeltapper.lower.laws.plastic import virgin_pieces
+from wheeltapper.lower.laws.plastic import PlasticLaw
 from wheeltapper.lower.numbers import FINER, METHODS, SHORTER, SMALL, Method
 from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.lower.plausible import doubts
 from wheeltapper.lower.standing import level_assembly, normal_forces, standing_on, static_loads, steady_state
 from wheeltapper.lower.structure import SeriesDamper, Structure, structure_of
-from wheeltapper.march.common.law_columns import PLASTIC_ONSET
+from wheeltapper.march.common.law_columns import PLASTIC_ONSET, PLASTIC_PIECES
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
 from wheeltapper.march.wagon.columns import packed_columns
@@ -47,8 +47,6 @@ from wheeltapper.march.wagon.fastsim import ELLIPTIC, PARABOLIC
 from wheeltapper.march.wagon.remembering import OverMarks
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from wheeltapper.lower.marks.wagon_marks import WagonRails, WornRails
     from wheeltapper.lower.track.anomalies import Void
     from wheeltapper.march.wagon.march import Marched
@@ -125,6 +123,30 @@ class LoweredWagon:
         """What is marched."""
         plain = self.assembly if self.below is None else self.below
         return plain if self.memory is None else OverMarks(plain, self.memory)
+
+    @property
+    def plastic_laws(self) -> tuple[PlasticLaw, ...]:
+        """Of a wheelset whose treads yield, as if both pressed alike."""
+        numbers = self.assembly.numbers[asm.YIELD_LAW :]
+        if not numbers[PLASTIC_PIECES]:
+            return ()
+        constant = 2.0 * self.contact_constant
+        return (PlasticLaw.over_onset(self.assembly.law, float(numbers[PLASTIC_ONSET]), constant),)
+
+    def pressed(
+        self, march: Marched, contact: int, times: FloatArray
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Return how deep a contact is at times, s, what earlier ones have left there, m, and if it yields."""
+        from wheeltapper.lower.marks.wagon_marks import lane_of, read_contacts
+
+        rows = read_contacts(march.paved(self.assembly), march, times)[:, :, lane_of(*divmod(contact, 2))]
+        return np.maximum(rows[:, 0], 0.0), rows[:, 1], rows[:, 3] > 0.0
+
+    def slopes_below(self, march: Marched, contact: int, distances: FloatArray) -> FloatArray:
+        """Return the slope of a contact's path where it has travelled so far, m."""
+        from wheeltapper.lower.marks.wagon_marks import lane_of, path_of
+
+        return path_of(march.paved(self.assembly), lane_of(*divmod(contact, 2))).slope_at(distances)
 
     def with_assembly(self, assembly: Assembly) -> LoweredWagon:
         """Return the same with another assembly."""
@@ -328,8 +350,10 @@ def lower_wagon(scenario: Scenario, method: str = "default", worn: WornRails | N
         force_columns=force_columns, loads=held_loads.ravel(), start=np.zeros(states), **elements,
     )  # fmt: skip
     if isinstance(scenario.contact, ElasticPlastic):
+        from wheeltapper.lower.marks.wagon_marks import remembered, yielding_treads
+
         heaviest = float(per_wheelset.max()) if worn is None else worn.heaviest
-        assembly = _yielding(assembly, scenario.contact, middle, heaviest)
+        assembly = yielding_treads(assembly, scenario.contact, middle, heaviest)
     if isinstance(scenario.contact, Law):
         table_rows, table = flat_law(scenario.contact)
         numbers[asm.OWN_WIDTH] = table_rows.shape[1]
@@ -343,7 +367,7 @@ def lower_wagon(scenario: Scenario, method: str = "default", worn: WornRails | N
     memory: WagonRails | None = None
     said = (*doubts(scenario), *notes)
     if isinstance(scenario.contact, ElasticPlastic):
-        memory, more = _memory_of(scenario, assembly, paths, float(static[0].mean()), worn)
+        memory, more = remembered(scenario, assembly, paths, float(static[0].mean()), worn)
         said = (*said, *more)
     if memory is not None:
         lanes, pieces = memory.begin().paths()
@@ -351,30 +375,6 @@ def lower_wagon(scenario: Scenario, method: str = "default", worn: WornRails | N
     start = standing_on(assembly._replace(start=resting_state), layout, mobility, positions)
     assembly = _with_sliders(assembly._replace(start=start), structure, layout, mobility, inside)
     return LoweredWagon(assembly, layout, structure, static, middle, said, memory=memory)
-
-
-def _yielding(assembly: Assembly, contact: ElasticPlastic, constant: float, heaviest: float) -> Assembly:
-    """Return an assembly with treads that yield; its numbers take those of the law. `constant`: of a middle wheel."""
-    from wheeltapper.lower.marks.wagon_marks import plastic_law, plastic_numbers
-
-    numbers = assembly.numbers
-    numbers[asm.YIELD_LAW : asm.AT_LAW] = plastic_numbers(contact, constant, heaviest)
-    pieces = virgin_pieces(assembly.pieces, float(numbers[asm.YIELD_LAW + PLASTIC_ONSET]))
-    return assembly._replace(pieces=pieces, law=plastic_law(contact))
-
-
-def _memory_of(
-    scenario: Scenario, assembly: Assembly, paths: Sequence[tuple[PathTable, PathTable]], force: float,
-    worn: WornRails | None,
-) -> tuple[WagonRails | None, tuple[Note, ...]]:  # fmt: skip
-    """Return what the rails remember of a wagon that yields, and notes; `force` is that of a wheel at rest, N."""
-    from wheeltapper.lower.marks.wagon_marks import SCALED, semi_axis_of, wagon_rails
-    from wheeltapper.lower.on_rails import VIRGIN
-
-    several = len(scenario.vehicle.axles) > 1
-    if scenario.rolling != "point" or not (several or worn):
-        return None, (SCALED, VIRGIN) if several else (SCALED,)
-    return wagon_rails(scenario, assembly, paths, semi_axis_of(scenario, force), worn), (SCALED,)
 
 
 def started(lowered: LoweredWagon, scenario: Scenario) -> LoweredWagon:

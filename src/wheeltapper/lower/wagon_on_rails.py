@@ -17,7 +17,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.marks.wagon_marks import WornRails
-from wheeltapper.lower.on_rails import GENERAL_METHODS, SUDDEN, check_speed, port_of
+from wheeltapper.lower.on_rails import GENERAL_METHODS, SUDDEN, check_speed
 from wheeltapper.lower.standing import normal_forces
 from wheeltapper.lower.track.anomalies import Void, anomalies_of, check_seats
 from wheeltapper.lower.track.irregular import IrregularModes
@@ -118,7 +118,7 @@ def _sleepers(modes: TrackModes | IrregularModes, voids: tuple[Void, ...], arms:
     """Return the sleepers over voids as they move in one way of the rails."""
     if not isinstance(modes, IrregularModes):
         return ()
-    return tuple(port_of(modes, void, float(arm)) for void, arm in zip(voids, arms, strict=True))
+    return tuple(modes.port_of(void, float(arm)) for void, arm in zip(voids, arms, strict=True))
 
 
 def _forces_below(static: FloatArray, voids: tuple[Void, ...], gives: list[FloatArray]) -> FloatArray:

@@ -26,8 +26,8 @@ class Contacts:
     ----------
     static_force
         (wheels,) static normal force, N.
-    position
-        (wheels,) x at time zero, m.
+    position, radius
+        (wheels,) x at time zero, and of the wheels, m.
     lanes
         (contacts,) number of each contact in the rows of its march.
     sides
@@ -36,6 +36,7 @@ class Contacts:
 
     static_force: FloatArray
     position: FloatArray
+    radius: FloatArray
     lanes: IntArray
     sides: int
 

@@ -58,7 +58,9 @@ def _teller(scenario: Scenario, lowered: LoweredOnRails) -> Callable[[float], bo
 def _beyond(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tuple[Note, ...]:
     """Return notes where a run went beyond a plastic law, or beyond the table of a law of one's own."""
     if YIELDING in scenario.needs:
-        return yielded.beyond_law_on_rails(scenario, lowered, march)
+        forces, contact = march.peaks[:, contract.PEAK_FORCE] * lowered.force, march.peaks[:, contract.PEAK_CONTACT]
+        reached = [float(forces[contact == one].max(initial=0.0)) for one in range(len(lowered.plastic_laws))]
+        return yielded.beyond_law(scenario.contact, lowered.plastic_laws, reached)
     if OWN_LAW not in scenario.needs:
         return ()
     return beyond_table(scenario.contact, *march.extremes())
@@ -66,7 +68,8 @@ def _beyond(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tupl
 
 def _contacts(scenario: Scenario, lowered: LoweredOnRails) -> Contacts:
     positions = np.array(lowered.plane.positions)
-    return Contacts(lowered.static_force, positions, np.arange(len(positions)), sides=1)
+    radius = np.array([wheelset.radius for wheelset in lowered.plane.wheelsets], dtype=float)
+    return Contacts(lowered.static_force, positions, radius, np.arange(len(positions)), sides=1)
 
 
 def _seat_events(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> dict[str, NDArray[Any]] | None:
@@ -95,10 +98,9 @@ def _sample(scenario: Scenario, lowered: LoweredOnRails, march: Marched, times: 
         "constraint": (touching, found.path[:, :wheels]),
     }
     if YIELDING in scenario.needs:
-        contacts = march.system.wheels
         left = [
-            yielded.permanent_on_rails(one, found.indentation[:, i], one.start + float(scenario.speed) * times)
-            for i, one in enumerate(contacts)
+            law.left_over(found.indentation[:, wheel], march.left_before(wheel, times))
+            for wheel, law in enumerate(lowered.plastic_laws)
         ]
         out["permanent_indentation"] = touching, np.stack(left, axis=1)
     if lowered.modes is not None:

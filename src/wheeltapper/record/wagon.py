@@ -103,6 +103,7 @@ def _contacts(scenario: Scenario, lowered: LoweredWagon) -> Contacts:
     octets = range(0, lowered.assembly.wheel_octets, int(lowered.assembly.numbers[asm.TREADS]))
     return Contacts(
         lowered.static_force.ravel(), np.repeat([axle.position for axle in axles], 2),
+        np.repeat([axle.radius for axle in axles], 2),
         np.concatenate([treads + first * LANES for first in octets]), sides=2,
     )  # fmt: skip
 
@@ -111,7 +112,9 @@ def _beyond(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon) -> t
     """Return notes where a run went beyond its creep law, beyond a plastic law, or the table of a law of one's own."""
     notes = creep_range.beyond_spin(scenario, lowered, march)
     if YIELDING in scenario.needs:
-        return (*notes, *yielded.beyond_law_of_wagon(scenario, lowered, march))
+        treads = march.peaks[:, program.PEAK_CONTACT] < lowered.assembly.numbers[asm.TREADS] * LANES
+        reached = 2.0 * float(march.peaks[treads, program.PEAK_FORCE].max(initial=0.0))
+        return (*notes, *yielded.beyond_law(scenario.contact, lowered.plastic_laws, [reached]))
     if OWN_LAW in scenario.needs:
         return (*notes, *own_law.beyond_table_of_wagon(scenario.contact, lowered, march))
     return notes
@@ -141,10 +144,9 @@ def _sample(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon, time
     rows_of = dict(zip(ROWS, found, strict=True))
     touching = _wheel_variables(scenario, rows_of)
     wheels = 2 * len(scenario.vehicle.axles)
-    if YIELDING in scenario.needs:
-        touching["permanent_indentation"] = yielded.permanent_of_wagon(
-            lowered.assembly, rows_of["delta"][:, :wheels], rows_of["left"][:, :wheels]
-        )
+    for law in lowered.plastic_laws:
+        left = law.left_over(rows_of["delta"][:, :wheels], rows_of["left"][:, :wheels])
+        touching["permanent_indentation"] = left
     if lowered.below is not None:
         touching["rail_displacement"] = -rows_of["rail"][:, :wheels] - lowered.below.sinking.T.ravel()
     out: Variables = {name: (("time", "contact"), values) for name, values in touching.items()}

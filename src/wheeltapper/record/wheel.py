@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import YIELDING
+from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import Lowered, lower
 from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.march.common import program as contract
@@ -62,8 +63,9 @@ def _sample(scenario: Scenario, lowered: Lowered, march: MarchedWheel, times: Fl
         "indentation": (touching, rows[:, [dense.OUT_DELTA]] * length),
         "constraint": (touching, rows[:, [dense.OUT_PATH_Y]] * length),
     }
-    if len(lowered.program.law):
-        out["permanent_indentation"] = touching, yielded.permanent_indentation(lowered, rows)[:, None]
+    for law in lowered.plastic_laws:
+        left = law.left_over(rows[:, [dense.OUT_DELTA]] * length, rows[:, [dense.OUT_RESIDUAL]] * length)
+        out["permanent_indentation"] = touching, left
     if lowered.program.numbers[contract.DECK_MASS] > 0.0:
         out["deck_displacement"] = along, rows[:, dense.OUT_DECK_Y] * length
         out["deck_velocity"] = along, rows[:, dense.OUT_DECK_V] * speed
@@ -72,6 +74,14 @@ def _sample(scenario: Scenario, lowered: Lowered, march: MarchedWheel, times: Fl
         out["damper_end_displacement"] = along, rows[:, dense.OUT_END_Y] * length
         out["damper_force"] = along, rows[:, dense.OUT_DAMPER_FORCE] * force
     return out
+
+
+def _beyond(scenario: Scenario, lowered: Lowered, march: MarchedWheel) -> tuple[Note, ...]:
+    """Return notes where a run went beyond a plastic law."""
+    if not lowered.plastic_laws:
+        return ()
+    reached = float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * lowered.force
+    return yielded.beyond_law(scenario.contact, lowered.plastic_laws, [reached])
 
 
 def _integrate(
@@ -184,10 +194,14 @@ WHEEL = Kind(
     length=contract.LENGTH,
     lower=_lower,
     teller=_teller,
-    beyond=yielded.beyond_law,
+    beyond=_beyond,
     missing_part=lambda scenario, lowered, march: balanced.missing_part(march),
     contacts=lambda scenario, lowered: Contacts(
-        np.array([lowered.static_force]), np.zeros(1), np.zeros(1, dtype=np.int64), sides=1
+        np.array([lowered.static_force]),
+        np.zeros(1),
+        np.array([float(scenario.vehicle.radius)]),
+        np.zeros(1, dtype=np.int64),
+        sides=1,
     ),
     end=lambda lowered, march: float(march.state[contract.TIME] * lowered.time),
     free=lambda contacts, march: np.isin(march.steps[:, [contract.PHASE]], (contract.FLIGHT, contract.RELEASED)),

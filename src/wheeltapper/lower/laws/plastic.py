@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -161,6 +161,50 @@ def _evaluated_columns(law: FloatArray, depth: FloatArray, column: int) -> Float
     for k in range(contract.TERMS - 1, -1, -1):
         total = total * x + rows[..., column + k]
     return total
+
+
+class PlasticLaw(NamedTuple):
+    """A plastic law of one contact, with its units.
+
+    Attributes
+    ----------
+    rows
+        Its pieces, in its units.
+    length
+        Its unit of length, m.
+    force
+        Its unit of force, that of the whole wheelset, N.
+    """
+
+    rows: FloatArray
+    length: float
+    force: float
+
+    @classmethod
+    def over_onset(cls, rows: FloatArray, onset: float, constant: float) -> PlasticLaw:
+        """Return a law with rows over δ_Y, m, and N_Y, from the constant of a wheelset's elastic contact, N/m^1.5."""
+        return cls(rows, onset, constant * onset**1.5)
+
+    @property
+    def onset(self) -> float:
+        """Indentation at which a virgin surface yields, m."""
+        return float(self.rows[0, contract.LAW_START] * self.length)
+
+    def force_at(self, onsets: float) -> float:
+        """Return the force of a wheelset that indents virgin surface by so many times that, N."""
+        return float(loading_force(self.rows, np.asarray(onsets * self.rows[0, contract.LAW_START]))) * self.force
+
+    def left_after(self, depth: FloatArray) -> FloatArray:
+        """Return the residual indentation after unloading from indentations of the virgin surface, m."""
+        return left_after(self.rows, depth / self.length) * self.length
+
+    def left_over(self, indentation: FloatArray, before: FloatArray) -> FloatArray:
+        """Return the same where earlier contacts have left some, m, from indentations of the surface as it is, m."""
+        return np.asarray(np.maximum(self.left_after(np.maximum(indentation, 0.0) + before), before))
+
+    def dissipated_by(self, depth: FloatArray) -> FloatArray:
+        """Return the work that loading a virgin surface up to indentations, m, and unloading it dissipates, J."""
+        return dissipated_by(self.rows, depth / self.length) * (self.force * self.length)
 
 
 def patch_semi_axis(contact: ElasticPlastic, vehicle: Wheelset, force: float) -> float:

@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.lower.laws.plastic import left_after, loading_force
+from wheeltapper.ground.notes import Note
+from wheeltapper.lower.laws.plastic import PlasticLaw, loading_force
 from wheeltapper.lower.paths.table import PathTable, row_values
 from wheeltapper.march.common import program as contract
 
@@ -34,6 +35,12 @@ SAMPLES = 4
 SEMI_AXIS = 2
 """Number of intervals per semi-axis of the patch. A cubic B-spline, four intervals wide, is then as wide as the patch
 is long."""
+
+
+VIRGIN = Note(
+    'each wheel rolls over virgin rail; with rolling="point" wheels meet the marks of those before them', "virgin rail"
+)
+"""What several wheels that yield do where they roll as circles."""
 
 
 @dataclass(frozen=True)
@@ -107,23 +114,21 @@ class Surface:
         bore = self.spline_at(self.mean_spline(self.borne, self.onset), self.sample_positions[behind])
         return np.asarray(self.borne[behind] + np.maximum(depths - bore, 0.0))
 
-    def after_yielding(
-        self, first: int, reached: FloatArray, law: FloatArray, unit: float, hardening: float
-    ) -> Surface:
+    def after_yielding(self, first: int, reached: FloatArray, law: PlasticLaw, hardening: float) -> Surface:
         """Return the surface after its samples have yielded.
 
         Parameters
         ----------
         first, reached
             Result of `reached` for the samples from `first` on.
-        law, unit
-            The plastic law, and its unit of length, m.
+        law
+            The plastic law.
         hardening
             1: a sample yields again only beyond its largest indentation so far. 0: it yields as early as a virgin one.
         """
         behind = slice(first, first + len(reached))
         borne, left = self.borne.copy(), self.left.copy()
-        left[behind] += (left_after(law, reached / unit) - left_after(law, borne[behind] / unit)) * unit
+        left[behind] += law.left_after(reached) - law.left_after(borne[behind])
         borne[behind] = np.maximum(borne[behind], self.onset + hardening * (reached - self.onset))
         return replace(self, borne=borne, left=left)
 
@@ -168,15 +173,15 @@ class MarkedPath:
         rows[:, contract.BEARS] = surface.onset
         self._rows, self._base, self._owner = rows, base, owner
 
-    def pieces_over(self, surface: Surface, law: FloatArray, unit: float, share: float) -> FloatArray:
+    def pieces_over(self, surface: Surface, law: PlasticLaw, share: float) -> FloatArray:
         """Return the pieces over a given state of the surface.
 
         Parameters
         ----------
         surface
             A surface with the same intervals.
-        law, unit
-            The plastic law, and its unit of length, m.
+        law
+            The plastic law.
         share
             Share of the permanent indentation that belongs to the rail.
         """
@@ -187,8 +192,7 @@ class MarkedPath:
         deeper = inside[marked]
         rows[deeper, contract.COEFFICIENT : contract.COEFFICIENT + 4] -= share * left[marked]
         rows[deeper, contract.DEGREE] = np.maximum(rows[deeper, contract.DEGREE], 3.0)
-        residual = left_after(law, surface.borne / unit) * unit
-        r = surface.mean_spline(residual, 0.0)[self._interval[inside]]
+        r = surface.mean_spline(law.left_after(surface.borne), 0.0)[self._interval[inside]]
         b = surface.mean_spline(surface.borne, surface.onset)[self._interval[inside]]
         hardened = np.any(r != 0.0, axis=1)
         marked, r, b = inside[hardened], r[hardened], b[hardened]
@@ -197,15 +201,15 @@ class MarkedPath:
         rows[marked, contract.BEARS : contract.BEARS + 4] = b - r
         rows[marked, contract.BEARS_DEGREE] = 3.0
         powers = FACTOR_NODES[:, None] ** np.arange(4)
-        carried, remains = b @ powers.T / unit, r @ powers.T / unit
-        factor = loading_force(law, carried) / (carried - remains) ** 1.5
+        carried, remains = b @ powers.T / law.length, r @ powers.T / law.length
+        factor = loading_force(law.rows, carried) / (carried - remains) ** 1.5
         rows[marked, contract.FACTOR : contract.FACTOR + len(FACTOR_NODES)] = factor @ TO_FACTOR.T
         rows[marked, contract.FACTOR_DEGREE] = len(FACTOR_NODES) - 1.0
         return rows
 
-    def shortened_pieces(self, surface: Surface, law: FloatArray, unit: float, share: float) -> FloatArray:
+    def shortened_pieces(self, surface: Surface, law: PlasticLaw, share: float) -> FloatArray:
         """Return the same pieces, but uncut where there are no marks."""
-        rows = self.pieces_over(surface, law, unit, share)
+        rows = self.pieces_over(surface, law, share)
         marked = np.any(rows != self._rows, axis=1)
         begins = np.append(True, np.diff(self._owner) != 0) | marked | np.append(False, marked[:-1])
         plain = ~marked

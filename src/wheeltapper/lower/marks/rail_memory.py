@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wheeltapper.lower.laws.plastic import dissipated_by
+from wheeltapper.lower.laws.plastic import PlasticLaw
 from wheeltapper.lower.marks.marks import SEMI_AXIS, MarkedPath, Surface
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray
@@ -32,10 +32,8 @@ class RailMemory:
 
     Attributes
     ----------
-    law
-        The plastic law, with indentations over δ_Y and forces over N_Y.
-    onsets, forces
-        δ_Y of each wheel, m, and N_Y of each, N.
+    laws
+        The plastic law of each wheel, over its own δ_Y and N_Y.
     offsets
         Where each wheel stands at time zero, m; the leading wheel stands farthest.
     share
@@ -50,9 +48,7 @@ class RailMemory:
         What each wheel rolls over, m.
     """
 
-    law: FloatArray
-    onsets: tuple[float, ...]
-    forces: tuple[float, ...]
+    laws: tuple[PlasticLaw, ...]
     offsets: tuple[float, ...]
     share: float
     hardening: float
@@ -124,18 +120,17 @@ class Marking:
     def _yielded(self, k: int, first: int, depths: FloatArray) -> Surface:
         """Return surface k + 1, on which wheel k of the order has pressed samples from `first` on so deep, m."""
         memory, before, after = self._memory, self._surfaces[k], self._surfaces[k + 1]
-        wheel, unit = self._order[k], memory.before.onset
-        behind, share = slice(first, first + len(depths)), memory.onsets[wheel] / unit
+        own, unit = memory.laws[self._order[k]], memory.before.onset
+        law, behind, share = own._replace(length=unit), slice(first, first + len(depths)), own.length / unit
         reached = before.yield_reached(first, depths / share)
-        made = before.after_yielding(first, reached, memory.law, unit, memory.hardening)
+        made = before.after_yielding(first, reached, law, memory.hardening)
         borne, left = after.borne.copy(), after.left.copy()
         borne[behind] = made.borne[behind]
         left[behind] = before.left[behind] + (made.left - before.left)[behind] * share
         grown = reached > before.borne[behind]
-        done = dissipated_by(memory.law, reached[grown] / unit)
-        done -= dissipated_by(memory.law, before.borne[behind][grown] / unit)
+        done = law.dissipated_by(reached[grown]) - law.dissipated_by(before.borne[behind][grown])
         patch = 2.0 * SEMI_AXIS * before.interval
-        self.work += float(done.sum()) * memory.forces[wheel] * memory.onsets[wheel] * before.sample_spacing / patch
+        self.work += float(done.sum()) * share * before.sample_spacing / patch
         return replace(after, borne=borne, left=left)
 
     def pieces(self) -> list[FloatArray]:
@@ -143,9 +138,10 @@ class Marking:
         memory, unit = self._memory, self._memory.before.onset
         out = [np.empty(0)] * len(self._order)
         for surface, wheel in zip(self._surfaces, self._order, strict=False):
-            rows = memory.marked[wheel].shortened_pieces(surface, memory.law, unit, memory.share)
+            law = memory.laws[wheel]
+            rows = memory.marked[wheel].shortened_pieces(surface, law._replace(length=unit), memory.share)
             for first in (contract.RESIDUAL, contract.BEARS):
-                rows[:, first : first + contract.TERMS] *= memory.onsets[wheel] / unit
+                rows[:, first : first + contract.TERMS] *= law.length / unit
             out[wheel] = rows
         return out
 

@@ -19,8 +19,8 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.laws.ellipse import semi_axes
 from wheeltapper.lower.laws.patches import geometry_of
-from wheeltapper.lower.laws.plastic import stored_below, stretched_rows, virgin_pieces
-from wheeltapper.lower.marks.marks import SAMPLES, MarkedPath, Surface
+from wheeltapper.lower.laws.plastic import PlasticLaw, stored_below, stretched_rows, virgin_pieces
+from wheeltapper.lower.marks.marks import SAMPLES, VIRGIN, MarkedPath, Surface
 from wheeltapper.lower.marks.rail_memory import RailMemory
 from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.march.common import program as contract
@@ -106,14 +106,11 @@ class WagonRails:
         The left rail, and the right one.
     lanes, pieces
         Lanes of the assembly, and its paths over rails without marks, which its flanges follow.
-    constant
-        C of one wheel in the middle, N/m^1.5.
     """
 
     rails: tuple[RailMemory, RailMemory]
     lanes: FloatArray
     pieces: FloatArray
-    constant: float
 
     @property
     def reach(self) -> float:
@@ -151,7 +148,7 @@ class WagonMarking:
         some = [times[one | other] for times, (one, other) in zip(asked, wanted, strict=True)]
         read_at = np.unique(np.concatenate([np.zeros(0), *some]))
         read = read_contacts(assembly, found, read_at)
-        force = memory.constant * onset_of(assembly) ** 1.5
+        force = memory.rails[0].laws[0].force
         for side, marking in enumerate(self.sides):
             for (wheel, _), times, each in zip(passed, asked, wanted, strict=True):
                 depths, pressures, here = np.zeros(len(times)), np.zeros(len(times)), each[side]
@@ -240,19 +237,36 @@ def wagon_rails(
         virgin = Surface.virgin_surface(float(np.ptp(positions)) + way, semi_axis, onset, SAMPLES)
         worn = WornRails((virgin, virgin), 0.0, float(positions.min()), 1.0)
     offsets = tuple((positions - worn.begins).tolist())
-    constant, law, rails = constant_of(assembly), stretched_rows(contact), []
+    law, rails = PlasticLaw.over_onset(stretched_rows(contact), onset, constant_of(assembly)), []
     for side, before in enumerate(worn.surfaces):
         marked = tuple(
             MarkedPath(pair[side].going_on().moved(offset), before, offset + way)
             for pair, offset in zip(tables, offsets, strict=False)
         )
-        forces = (constant * onset**1.5,) * len(offsets)
-        rails.append(RailMemory(
-            law, (onset,) * len(offsets), forces, offsets, contact.share_of_rail, worn.hardening, before, marked, way
-        ))  # fmt: skip
-    return WagonRails((rails[0], rails[1]), assembly.lanes, assembly.pieces[:, : contract.PIECE_COLUMNS], constant)
+        laws = (law,) * len(offsets)
+        rails.append(RailMemory(laws, offsets, contact.share_of_rail, worn.hardening, before, marked, way))
+    return WagonRails((rails[0], rails[1]), assembly.lanes, assembly.pieces[:, : contract.PIECE_COLUMNS])
 
 
 def constant_of(assembly: Assembly) -> float:
     """Return the constant of one wheel in the middle of the track, N/m^1.5."""
     return float(assembly.cells[0, assembly.cells.shape[1] // 2, asm.ROOT_CONSTANT, 0]) ** 3
+
+
+def yielding_treads(assembly: Assembly, contact: ElasticPlastic, constant: float, heaviest: float) -> Assembly:
+    """Return an assembly with treads that yield; its numbers take those of the law. `constant`: of a middle wheel."""
+    numbers = assembly.numbers
+    numbers[asm.YIELD_LAW : asm.AT_LAW] = plastic_numbers(contact, constant, heaviest)
+    pieces = virgin_pieces(assembly.pieces, float(numbers[asm.YIELD_LAW + PLASTIC_ONSET]))
+    return assembly._replace(pieces=pieces, law=plastic_law(contact))
+
+
+def remembered(
+    scenario: Scenario, assembly: Assembly, paths: Sequence[tuple[PathTable, PathTable]], force: float,
+    worn: WornRails | None,
+) -> tuple[WagonRails | None, tuple[Note, ...]]:  # fmt: skip
+    """Return what the rails remember of a wagon that yields, and notes; `force` is that of a wheel at rest, N."""
+    several = len(scenario.vehicle.axles) > 1
+    if scenario.rolling != "point" or not (several or worn):
+        return None, (SCALED, VIRGIN) if several else (SCALED,)
+    return wagon_rails(scenario, assembly, paths, semi_axis_of(scenario, force), worn), (SCALED,)

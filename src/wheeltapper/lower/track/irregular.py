@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 
 from wheeltapper.ground.progress import patiently, progress_counter
 from wheeltapper.lower.track import responses, waves
+from wheeltapper.lower.track.anomalies import Void
 from wheeltapper.lower.track.responses import BALLAST, PAD, Extra
 from wheeltapper.lower.track.ring import RESIDUAL_DEGREE, ring_of
 from wheeltapper.lower.track.section import Section
 from wheeltapper.march.common.blocks import algebra_on_one_thread
+from wheeltapper.march.general.contract import Port
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.tables import real_times
 
@@ -63,6 +65,16 @@ class IrregularModes(NamedTuple):
     vectors: ComplexArray
     forces: ComplexArray
     drives: ComplexArray
+
+    def port_of(self, void: Void, arm: float = 1.0) -> Port:
+        """Return a sleeper over a void as forces press it up, at so many times the rail's distance from its middle.
+
+        What the modes leave out of the sleeper is next to nothing, and of either sign. A damper's force would follow by
+        it with a time of some 1e-8 s, late or early, which no step resolves: there it is none.
+        """
+        place = void.seat % len(self.sleeper)
+        residual = float(self.sleeper_residual[place]) * arm**2 if void.damping == 0.0 else 0.0
+        return Port(-arm * self.sleeper[place], -arm * self.sleeper_drive[place], void.gap, residual)
 
 
 @lru_cache(maxsize=4)

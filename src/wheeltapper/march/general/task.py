@@ -108,18 +108,25 @@ class Marched(NamedTuple):
         """Return what lets `modes` go on from one call to the next."""
         return replay.Starts(replay.track_run(self.found))
 
-    def pressed(self, contact: int, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return how deep a wheel indents the surface as it is at rising places of its path, m; negative in no case.
+    def pressed(self, contact: int, times: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Return how deep a wheel indents the surface as it is at rising times, s, m; negative in no case.
 
-        Then follow what earlier wheels have left there, and what that surface bears.
+        Then follow what earlier wheels have left there, m, and whether that surface yields.
         """
         wheel = self.system.contacts[contact]
-        indented, _ = replay.pressed(self.found, contact, (places - wheel.start) / self.system.speed)
-        return np.maximum(indented, 0.0), *replay.surface_along(wheel, places)
+        left, bears = replay.surface_along(wheel, wheel.start + self.system.speed * times)
+        indented = np.maximum(replay.pressed(self.found, contact, times)[0], 0.0)
+        return indented, left, indented > bears
 
-    def path_slopes(self, contact: int, places: FloatArray) -> FloatArray:
-        """Return the slope of a wheel's path at places of it."""
-        return replay.path_slopes(self.system.contacts[contact], places)
+    def left_before(self, contact: int, times: FloatArray) -> FloatArray:
+        """Return what earlier wheels have left below a wheel at some times, s, m."""
+        wheel = self.system.contacts[contact]
+        return replay.surface_along(wheel, wheel.start + self.system.speed * times)[0]
+
+    def path_slopes(self, contact: int, distances: FloatArray) -> FloatArray:
+        """Return the slope of a wheel's path where it has travelled so far, m."""
+        wheel = self.system.contacts[contact]
+        return replay.path_slopes(wheel, wheel.start + distances)
 
     def lay(self, marking: Marking) -> None:
         """Let a memory of rails take what the wheels have done."""

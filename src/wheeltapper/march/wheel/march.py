@@ -28,6 +28,10 @@ class Marched(single.March):
         dense.dense(self.pieces, self.program.numbers, law, self.steps, times, out, S)
         return out
 
+    def indentations(self, times: FloatArray) -> FloatArray:
+        """Return the indentation of the surface as it is, and what earlier contacts have left, (2, times)."""
+        return np.asarray(self.at(times).T[[dense.OUT_DELTA, dense.OUT_RESIDUAL]])
+
     def integrals(self, nodes: int) -> tuple[FloatArray, FloatArray]:
         """Return the energy's integrals of each step, (steps, INTEGRALS), and the motion at its ends, (steps, 2, …).
 

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.lower.build import Lowered
+from wheeltapper.lower.laws.plastic import left_after, stored_below
 from wheeltapper.march.common import program as contract
-from wheeltapper.record import yielded
 from wheeltapper.record.elements import damper
 
 if TYPE_CHECKING:
@@ -53,11 +53,26 @@ def integrate(lowered: Lowered, march: MarchedWheel) -> Integrals:
     elastic = _elastic_energy(lowered, march, ends)
     yields = march.steps[:, contract.PHASE] >= contract.YIELDING
     if np.any(yields):
-        elastic[yields] = yielded.stored_energy(lowered, ends[yields])
+        elastic[yields] = _stored_energy(lowered, ends[yields])
     # An indentation that recovers without force returns no energy: it stays in the material.
     spent = yields | (march.steps[:, contract.PHASE] == contract.RELEASED)
     columns[spent, dense.LOST_CONTACT] -= elastic[spent, 1] - elastic[spent, 0]
     return Integrals(columns, ends, elastic, march.steps[:, contract.ON_DECK] != 0.0)
+
+
+def _stored_energy(lowered: Lowered, ends: FloatArray) -> FloatArray:
+    """Return the energy (scaled) that a yielding contact returns on unloading, from rows of the dense output.
+
+    For a spot with a memory this is the work of unloading. Over virgin rail unloading follows the loading curve, and
+    all energy is returned.
+    """
+    from wheeltapper.march.wheel import dense
+
+    program = lowered.program
+    depth = ends[..., dense.OUT_DELTA] + ends[..., dense.OUT_RESIDUAL]
+    if program.numbers[contract.MEMORY] == 0.0:
+        return stored_below(program.law, depth)
+    return np.asarray(0.4 * ends[..., dense.OUT_FORCE] * (depth - left_after(program.law, depth)))
 
 
 def _elastic_energy(lowered: Lowered, march: MarchedWheel, ends: FloatArray) -> FloatArray:
