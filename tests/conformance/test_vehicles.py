@@ -7,6 +7,8 @@ import wheeltapper as wt
 from wheeltapper.describe.registry import makeable_nouns
 from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.ground.outcome import Outcome
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.march import March
 
 from ..marks import slow
 
@@ -28,6 +30,24 @@ SAMPLES = vehicles()
 RUN = [f"{name} on {track}" for name in SAMPLES for track in TRACKS]
 
 
+def offers_what_every_march_does(record):
+    """Check what a march offers (march/march.py) against the record's tables."""
+    march, contacts = record._march, record._contacts.lanes
+    assert {name for name in vars(March) if not name.startswith("_")} <= set(dir(march))
+    begins, lengths = march.spans.T
+    assert begins[0] == 0.0
+    np.testing.assert_allclose(begins[1:], (begins + lengths)[:-1], rtol=0, atol=1e-9 * march.end)
+    assert begins[-1] + lengths[-1] == pytest.approx(march.end, rel=1e-9)
+    free = march.without_force(contacts)
+    assert free.shape == (len(begins), len(contacts))
+    middles = (begins + 0.5 * lengths)[lengths > 1e-6 * march.end] * record._lowered.time
+    force = record._variables_at(middles)["normal_force"][1].reshape(len(middles), -1)
+    np.testing.assert_array_equal(force == 0.0, free[lengths > 1e-6 * march.end, : force.shape[1]])
+    assert [rows.ndim for rows in march.happened()] == [2] * len(march.happened())
+    assert march.events.shape[1] == contract.EVENT_COLUMNS
+    assert march.peaks.shape[1] == contract.PEAK_COLUMNS
+
+
 @pytest.mark.parametrize("run", slow(RUN, "ErriB176 on rails", "Wagon on rails"))
 @pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 def test_a_vehicle_runs_its_energy_closes_and_it_is_told_drawn_and_kept(run, tmp_path):
@@ -40,6 +60,7 @@ def test_a_vehicle_runs_its_energy_closes_and_it_is_told_drawn_and_kept(run, tmp
     assert record.outcome is Outcome.COMPLETED
     assert record.impacts.sizes["impact"] > 0
     assert "impact" in str(record)
+    offers_what_every_march_does(record)
     history = record.history("2 kHz")
     for name, values in history.data_vars.items():
         assert np.isfinite(values).all(), name

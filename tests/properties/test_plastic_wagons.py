@@ -72,13 +72,13 @@ def test_the_paths_of_a_record_give_its_run_again():
     """Wheels that follow meet what those before them have left: marched over these paths, nothing changes."""
     lowered = WAGON.lower(COACH, "default")
     found = multibody.march(lowered.assembly, memory=lowered.memory)
-    paved = found.paved(lowered.assembly)
+    paved = found.assembly
     assert len(paved.pieces) > len(lowered.assembly.pieces) + 10
     again = multibody.march(paved)
     np.testing.assert_array_equal(again.events[:, 1], found.events[:, 1])
     np.testing.assert_allclose(again.events[:, 0], found.events[:, 0], rtol=0, atol=1e-9)
     marking = lowered.memory.begin()
-    marking.press(paved, again)
+    marking.press(again)
     end, x = paved._replace(**marking.paths()._asdict()), np.linspace(0.0, 0.999 * again.end * 20.0, 4000)
     for lane in np.flatnonzero(paved.lanes[0, asm.SIDE]):
         np.testing.assert_allclose(path_of(end, lane).height_at(x), path_of(paved, lane).height_at(x), atol=1e-12)

@@ -72,7 +72,7 @@ def readings_of_wagon(lowered: LoweredWagon, found: MarchedWagon) -> Readings:
     treads = np.flatnonzero(A.lanes[: int(A.numbers[asm.TREADS]), asm.SIDE].ravel())
 
     def at(times: FloatArray) -> FloatArray:
-        read = found.at(A, times, rows)[2][:, :, treads]
+        read = found.at(times, rows)[2][:, :, treads]
         read[:, FACTOR:] *= static
         return np.asarray(read)
 

@@ -166,11 +166,10 @@ def _rolled(record: Record, contact: int, way: float, spacing: float) -> _Rolled
 
 def _surfaces(record: Record, way: float, semi_axis: float) -> list[Surface]:
     """Return each rail as wheels leave it of which each met the marks of those before it."""
-    scenario, lowered, march = record.scenario, record._lowered, record._march
+    scenario, march = record.scenario, record._march
     if record._contacts.has_sides:
-        assembly = march.paved(lowered.assembly)
-        both = wagon_rails(scenario, assembly, (), semi_axis).begin()
-        both.press(assembly, march)
+        both = wagon_rails(scenario, march.assembly, (), semi_axis).begin()
+        both.press(march)
         return [rail.left() for rail in both.sides]
     vehicle = on_wheels(scenario)
     marking = memory_of(vehicle, (), virgin_rail(vehicle, way), way).begin()

@@ -112,10 +112,10 @@ class RailLineOfWagons:
         scenario = scenario.replaced({"speed": speed, "duration": length / speed, "vehicle": wagon})
         lowered = _lowered(scenario, self._method, self._worn(*self._apart(surface)))
         march = run.march(lowered.program)
-        assembly, memory = march.paved(lowered.assembly), lowered.memory
+        assembly, memory = march.assembly, lowered.memory
         assert memory is not None  # as rails with marks have
         marking = memory.begin()
-        marking.press(assembly, march, everywhere=True)
+        marking.press(march, everywhere=True)
         pressures = np.concatenate([one for rail in marking.sides for one in rail.pressures])
         unit = WHEELS * memory.rails[0].laws[0].force
         elastic, beyond = float(np.mean(pressures <= 1.0)), float(np.mean(pressures > SHAKEDOWN))

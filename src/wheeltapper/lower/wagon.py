@@ -139,14 +139,14 @@ class LoweredWagon:
         """Return how deep a contact is at times, s, what earlier ones have left there, m, and if it yields."""
         from wheeltapper.lower.marks.wagon_marks import lane_of, read_contacts
 
-        rows = read_contacts(march.paved(self.assembly), march, times)[:, :, lane_of(*divmod(contact, 2))]
+        rows = read_contacts(march, times)[:, :, lane_of(*divmod(contact, 2))]
         return np.maximum(rows[:, 0], 0.0), rows[:, 1], rows[:, 3] > 0.0
 
     def slopes_below(self, march: Marched, contact: int, distances: FloatArray) -> FloatArray:
         """Return the slope of a contact's path where it has travelled so far, m."""
         from wheeltapper.lower.marks.wagon_marks import lane_of, path_of
 
-        return path_of(march.paved(self.assembly), lane_of(*divmod(contact, 2))).slope_at(distances)
+        return path_of(march.assembly, lane_of(*divmod(contact, 2))).slope_at(distances)
 
     def with_assembly(self, assembly: Assembly) -> LoweredWagon:
         """Return the same with another assembly."""

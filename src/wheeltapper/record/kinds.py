@@ -51,8 +51,6 @@ class Kind:
 
     Attributes
     ----------
-    begin, length
-        Columns of a row of steps: its time and its length, in the march's unit.
     lower
         From a scenario and a method to the program with its units; a record that cannot fit in memory is refused.
     teller
@@ -63,10 +61,6 @@ class Kind:
         The missing share of the exchanged energy.
     contacts
         The contacts of a lowered scenario.
-    end
-        The end of the computed time, s.
-    free
-        (steps, contacts) where there is no contact force.
     sample
         All variables at rising times (s), in SI units; those of the wheels have the dimension `contact` last.
     integrate
@@ -86,15 +80,11 @@ class Kind:
         Whether the balance takes longer than the march, so that only who asks for it waits for it.
     """
 
-    begin: int
-    length: int
     lower: Callable[[Scenario, str], Any]
     teller: Callable[[Scenario, Any], Callable[[float], bool]]
     beyond: Callable[[Scenario, Any, Any], tuple[Note, ...]]
     missing_part: Callable[[Scenario, Any, Any], float]
     contacts: Callable[[Scenario, Any], Contacts]
-    end: Callable[[Any, Any], float]
-    free: Callable[[Contacts, Any], NDArray[np.bool_]]
     sample: Callable[[Scenario, Any, Any, FloatArray], Variables]
     integrate: Callable[[Scenario, Any, Any], tuple[FloatArray, Callable[[], xr.Dataset]]]
     tables: Callable[[Any, Any], tuple[dict[str, Any], dict[str, Any]]]

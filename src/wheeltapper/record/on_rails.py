@@ -17,7 +17,7 @@ from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.telling import GENERAL_CHUNK
 from wheeltapper.march.general.layout import ROW_COLUMNS
 from wheeltapper.march.general.tables import longest_step
-from wheeltapper.march.general.task import SPAN_BEGIN, SPAN_LENGTH, Marched
+from wheeltapper.march.general.task import Marched
 from wheeltapper.record import extent, yielded
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.elements.dampers_on_rails import damper_motion, has_ends, stops_met
@@ -133,15 +133,11 @@ def _missing_part(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -
 
 
 ON_RAILS = Kind(
-    begin=SPAN_BEGIN,
-    length=SPAN_LENGTH,
     lower=_lower,
     teller=_teller,
     beyond=_beyond,
     missing_part=_missing_part,
     contacts=_contacts,
-    end=lambda lowered, march: march.end,
-    free=lambda contacts, march: march.free,
     sample=_sample,
     seat_events=_seat_events,
     integrate=_integrate,

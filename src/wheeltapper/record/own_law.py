@@ -83,7 +83,7 @@ def beyond_table_of_wagon(law: Law, lowered: LoweredWagon, march: MarchedWagon) 
     A, peaks = lowered.assembly, march.peaks[:, [contract.PEAK_TIME]]
     behind = (peaks + A.numbers[asm.PULSE] * BEHIND[: len(BEHIND) if law.takes_rate else 1]).ravel()
     times = np.concatenate([[0.0], behind[behind <= march.end], march.events[:, contract.EVENT_TIME]])
-    _, _, found = march.at(A, np.unique(times), np.array([ROW_DELTA, DELTA_RATE]))
+    _, _, found = march.at(np.unique(times), np.array([ROW_DELTA, DELTA_RATE]))
     treads = np.flatnonzero(A.lanes[: int(A.numbers[asm.TREADS]), asm.SIDE].ravel())
     delta, rate = np.moveaxis(found[:, :, treads], 1, 0)
     fastest = np.abs(rate[delta >= 0.0]).max(initial=0.0)

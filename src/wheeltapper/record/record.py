@@ -19,6 +19,7 @@ from wheeltapper.ground.progress import progress_shown, report
 from wheeltapper.ground.shown import Shown
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
+from wheeltapper.march.march import March
 from wheeltapper.record import extent
 from wheeltapper.record.arrays import as_array
 from wheeltapper.record.chosen import kind_of
@@ -50,9 +51,10 @@ class Record(Shown):
         What the user should know: contact at two points, edges, warnings with numbers.
     """
 
-    def __init__(self, scenario: Scenario, method: str, lowered: Any, march: Any) -> None:
+    def __init__(self, scenario: Scenario, method: str, lowered: Any, march: March) -> None:
         self.scenario, self.method = scenario, method
-        self._kind, self._lowered, self._march = kind_of(scenario), lowered, march
+        self._kind, self._lowered = kind_of(scenario), lowered
+        self._march: Any = march  # who reads a track, marks or a file asks more of it than every march offers
         self.notes = lowered.notes
 
     @property
@@ -63,7 +65,7 @@ class Record(Shown):
     @property
     def end(self) -> float:
         """End of the computed time, s."""
-        return self._kind.end(self._lowered, self._march)
+        return float(self._march.end * self._lowered.time)
 
     @property
     def static_force(self) -> float:
@@ -120,11 +122,11 @@ class Record(Shown):
     @property
     def _step_starts(self) -> FloatArray:
         """Time of each step, s."""
-        return np.asarray(self._march.steps[:, self._kind.begin] * self._lowered.time)
+        return np.asarray(self._march.spans[:, 0] * self._lowered.time)
 
     def _free_steps(self) -> NDArray[np.bool_]:
         """Return (steps, wheels) where a tread has no contact force."""
-        return self._kind.free(self._contacts, self._march)[:, : len(self._contacts.static_force)]
+        return np.asarray(self._march.without_force(self._contacts.lanes[: len(self._contacts.static_force)]))
 
     # -- tables ---------------------------------------------------------------------------------------------------
 
@@ -346,7 +348,7 @@ class Record(Shown):
     @property
     def time_in_air(self) -> float:
         """Total time without contact force, s; of a wagon the sum over all wheels."""
-        lengths = self._march.steps[:, self._kind.length] * self._lowered.time
+        lengths = self._march.spans[:, 1] * self._lowered.time
         return float(lengths @ self._free_steps().sum(axis=1))
 
     def _impacts_and_ratio(self) -> tuple[int, float | None]:

@@ -120,11 +120,6 @@ def _beyond(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon) -> t
     return notes
 
 
-def _free(contacts: Contacts, march: MarchedWagon) -> NDArray[np.bool_]:
-    closed = march.steps[:, [asm.STEP_CLOSED]]
-    return np.asarray(np.floor(closed / 2.0**contacts.lanes) % 2.0 == 0.0)
-
-
 def _seat_events(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon) -> dict[str, NDArray[Any]] | None:
     """Return where voids below the halves of sleepers close and open."""
     A = lowered.assembly
@@ -139,7 +134,7 @@ def _seat_events(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon)
 
 def _sample(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon, times: FloatArray) -> Variables:
     rows = np.array(list(ROWS.values()), dtype=np.int64)
-    states, rates, found = march.at(lowered.assembly, times, rows)
+    states, rates, found = march.at(times, rows)
     found = np.moveaxis(found[:, :, _contacts(scenario, lowered).lanes], 1, 0)
     rows_of = dict(zip(ROWS, found, strict=True))
     touching = _wheel_variables(scenario, rows_of)
@@ -243,7 +238,7 @@ def _integrate(
 
 def _tables(lowered: LoweredWagon, march: MarchedWagon) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the tables and attributes of a file that contain the assembly and the states."""
-    parts = march.paved(lowered.assembly)._asdict()
+    parts = march.assembly._asdict()
     out = {
         "assembly": (("assembly_entry",), np.concatenate([np.ravel(part).astype(float) for part in parts.values()])),
         "march_states": (("step", "state"), march.states),
@@ -505,19 +500,15 @@ def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario, voids: tuple[Vo
     latest = program.YIELD if A.stretch_columns else program.IMPACT
     check_whole("march_events", events[:, program.EVENT_KIND], program.LOSS, latest)
     evaluations = stored.stored_attribute(data, "evaluations", int)
-    return MarchedWagon(status, steps, states, events, peaks, end, state, evaluations, seat_events=seated)
+    return MarchedWagon(A, status, steps, states, events, peaks, end, state, evaluations, seat_events=seated)
 
 
 WAGON = Kind(
-    begin=asm.STEP_TIME,
-    length=asm.STEP_LENGTH,
     lower=_lower,
     teller=_teller,
     beyond=_beyond,
     missing_part=lambda scenario, lowered, march: wagon_energy.missing_part(lowered, march, scenario),
     contacts=_contacts,
-    end=lambda lowered, march: march.end,
-    free=_free,
     sample=_sample,
     integrate=_integrate,
     tables=_tables,

@@ -190,8 +190,6 @@ def _march_of(data: xr.Dataset, program: Program) -> MarchedWheel:
 
 
 WHEEL = Kind(
-    begin=contract.TIME,
-    length=contract.LENGTH,
     lower=_lower,
     teller=_teller,
     beyond=_beyond,
@@ -203,8 +201,6 @@ WHEEL = Kind(
         np.zeros(1, dtype=np.int64),
         sides=1,
     ),
-    end=lambda lowered, march: float(march.state[contract.TIME] * lowered.time),
-    free=lambda contacts, march: np.isin(march.steps[:, [contract.PHASE]], (contract.FLIGHT, contract.RELEASED)),
     sample=_sample,
     integrate=_integrate,
     stops=lambda lowered, march: (march.stops, np.zeros(len(march.stops), dtype=np.int64)),

@@ -129,25 +129,25 @@ class WagonMarking:
         self._memory = memory
         self.sides = tuple(rail.begin() for rail in memory.rails)
 
-    def press(self, assembly: Assembly, found: MarchedWagon, everywhere: bool = False) -> None:
+    def press(self, found: MarchedWagon, everywhere: bool = False) -> None:
         """Take what the wheels of a march have pressed since the last time.
 
         Where a wheel presses elastically it leaves nothing: how deep it presses there, and with which force, is only
         read if asked for `everywhere`.
         """
-        memory, speed = self._memory, float(assembly.numbers[asm.SPEED])
+        memory, speed = self._memory, float(found.assembly.numbers[asm.SPEED])
         way = min(speed * float(found.end), memory.rails[0].end)
         offsets = memory.rails[0].offsets
         passed = list(self.sides[0].ahead(way))
         asked = [(places - offsets[wheel]) / speed for wheel, places in passed]
         wanted = [
-            [np.full(len(times), True) if everywhere else yields_at(assembly, found, times, lane_of(wheel, side))
+            [np.full(len(times), True) if everywhere else yields_at(found, times, lane_of(wheel, side))
              for side in range(len(SIDES))]
             for (wheel, _), times in zip(passed, asked, strict=True)
         ]  # fmt: skip
         some = [times[one | other] for times, (one, other) in zip(asked, wanted, strict=True)]
         read_at = np.unique(np.concatenate([np.zeros(0), *some]))
-        read = read_contacts(assembly, found, read_at)
+        read = read_contacts(found, read_at)
         force = memory.rails[0].laws[0].force
         for side, marking in enumerate(self.sides):
             for (wheel, _), times, each in zip(passed, asked, wanted, strict=True):
@@ -167,11 +167,11 @@ def lane_of(wheelset: int, side: int) -> int:
     return wheelset // HALF * LANES + side * HALF + wheelset % HALF
 
 
-def yields_at(assembly: Assembly, found: MarchedWagon, times: FloatArray, lane: int) -> NDArray[np.bool_]:
+def yields_at(found: MarchedWagon, times: FloatArray, lane: int) -> NDArray[np.bool_]:
     """Return whether a tread yields at some times of a march, by its steps."""
     steps = found.steps
     row = np.clip(np.searchsorted(steps[:, asm.STEP_TIME], times, side="right") - 1, 0, None)
-    column = steps.shape[1] - assembly.stretch_columns + lane
+    column = steps.shape[1] - found.assembly.stretch_columns + lane
     return np.asarray(steps[row, column] > 0.0)
 
 
@@ -183,16 +183,16 @@ def path_of(assembly: Assembly, lane: int) -> PathTable:
     return PathTable(rows, loop - first, int(columns[asm.PATH_LOOP_JOIN]))
 
 
-def read_contacts(assembly: Assembly, found: MarchedWagon, times: FloatArray) -> FloatArray:
+def read_contacts(found: MarchedWagon, times: FloatArray) -> FloatArray:
     """Return ROWS of all contacts at some times of a march, (times, rows, lanes)."""
     from wheeltapper.march.wagon.march import Marched
 
     if not len(times):
-        return np.zeros((0, len(ROWS), assembly.kinds.size * LANES))
+        return np.zeros((0, len(ROWS), found.assembly.kinds.size * LANES))
     steps = found.steps
     first = max(int(np.searchsorted(steps[:, asm.STEP_TIME], times[0], side="right")) - 1, 0)
     some = found._replace(steps=steps[first:], states=found.states[first:])
-    return Marched(*some).at(assembly, times, ROWS)[2]
+    return Marched(*some).at(times, ROWS)[2]
 
 
 def laid_paths(memory: WagonRails, laid: list[list[FloatArray]]) -> Paths:

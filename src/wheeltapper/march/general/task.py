@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.march.common import happened
 from wheeltapper.march.common import program as contract
-from wheeltapper.march.common.program import FloatArray
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.common.telling import Tell, report_nothing
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general import ensemble, integrals, replay
@@ -56,6 +56,15 @@ class Marched(NamedTuple):
     end: float
     found: Found
     seat_events: FloatArray
+
+    @property
+    def spans(self) -> FloatArray:
+        """Time and length of each span, (spans, 2)."""
+        return self.steps
+
+    def without_force(self, contacts: IntArray) -> NDArray[np.bool_]:
+        """Return where some contacts have no force, (spans, contacts)."""
+        return np.asarray(self.free[:, contacts])
 
     @property
     def state(self) -> FloatArray:

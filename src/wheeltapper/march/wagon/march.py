@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from wheeltapper.march.common import happened
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray, IntArray
@@ -19,21 +22,30 @@ if TYPE_CHECKING:
 
 
 class Marched(multibody.MultibodyMarch):
-    """A march of a wagon, in SI units; its methods are given the assembly that was marched."""
+    """A march of a wagon, in SI units."""
 
     __slots__ = ()
 
-    def at(self, assembly: Assembly, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
-        """Return states and rates (times, states) and some rows of contacts (times, rows, lanes) at rising times."""
-        return replay.replay(assembly, self, times, rows)
+    @property
+    def spans(self) -> FloatArray:
+        """Time and length of each step, (steps, 2)."""
+        return np.asarray(self.steps[:, [asm.STEP_TIME, asm.STEP_LENGTH]])
 
-    def works(self, assembly: Assembly, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
+    def without_force(self, contacts: IntArray) -> NDArray[np.bool_]:
+        """Return where some contacts have no force, (steps, contacts)."""
+        return np.asarray(np.floor(self.steps[:, [asm.STEP_CLOSED]] / 2.0**contacts) % 2.0 == 0.0)
+
+    def at(self, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
+        """Return states and rates (times, states) and some rows of contacts (times, rows, lanes) at rising times."""
+        return replay.replay(self, times, rows)
+
+    def works(self, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
         """Return each step's works (steps, POWERS_KEPT), impulses (steps, lanes), and elastic energies at its ends.
 
         These are those of contacts and of nonlinear elements, (steps, 2) both. `damping` acts on the velocities of the
         displacements at `places`; the last one is a deck's where there is one.
         """
-        return replay.works(assembly, self, damping, places)
+        return replay.works(self, damping, places)
 
     def rails_below(self, program: OnRails) -> RailsReplay:
         """Return what tells what both rails below do."""

@@ -28,7 +28,7 @@ from wheeltapper.march.wagon.growths import find_growths
 from wheeltapper.march.wagon.pressing import contact_forces
 from wheeltapper.march.wagon.rail_motion import catch_up
 from wheeltapper.march.wagon.rates import rates
-from wheeltapper.march.wagon.remembering import Laying, Paths, WagonMemory, change_paths, log_first_yields
+from wheeltapper.march.wagon.remembering import Laying, WagonMemory, change_paths, log_first_yields
 from wheeltapper.march.wagon.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.wagon.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, error
 from wheeltapper.march.wagon.wheel_rows import DELTA_RATE, GRIP, GRIP_RATE, OCTET_ROWS, ROW_DELTA, ROW_U, STRETCH
@@ -282,6 +282,8 @@ RIGID: RailLog = RailLog(np.zeros(2), np.zeros((0, 0)), np.zeros((0, 0)), np.zer
 class MultibodyMarch(NamedTuple):
     """Results of a march: steps with the states at their starts, events, peaks, the end, and the status."""
 
+    assembly: asm.Assembly
+    """What was marched; where wheels leave marks for others, on the paths as they were in the end."""
     status: int
     steps: FloatArray  # (steps, 3 + elements)
     states: FloatArray  # (steps, states)
@@ -294,12 +296,6 @@ class MultibodyMarch(NamedTuple):
     rails: RailLog = RIGID
     seat_events: FloatArray = np.zeros((0, 4))
     """Events of voids: a loss where one opens."""
-    paths: Paths | None = None
-    """Where wheels leave marks for others: the paths as they were in the end."""
-
-    def paved(self, A: asm.Assembly) -> asm.Assembly:
-        """Return an assembly on the paths of this march."""
-        return A if self.paths is None else A._replace(lanes=self.paths.lanes, pieces=self.paths.pieces)
 
 
 def work_for(A: asm.Assembly, rows: int = 1024) -> Work:
@@ -338,18 +334,18 @@ def march(
         room = work.steps[: int(work.S[passing.RUN_STEPS]) + telling.WAGON_CHUNK]
         status = march_kernel(*flat, A.scales, *work._replace(steps=room))
         if laying.goes_on(status):
-            flat = laying.lay(found_so_far(status, work), flat)
+            flat = laying.lay(found_so_far(status, work, laying.assembly), flat)
             change_paths(*flat, work.w, work.wheels, work.events, work.peaks, work.kept, work.S)
         elif status != FULL or tell(float(work.S[passing.RUN_TIME])):
-            return found_so_far(status, work)._replace(paths=laying.paths)
+            return found_so_far(status, work, laying.assembly)
         work = grown_work(work)
 
 
-def found_so_far(status: int, work: Work) -> MultibodyMarch:
+def found_so_far(status: int, work: Work, A: asm.Assembly) -> MultibodyMarch:
     """Return what a march has found so far."""
     steps, events, peaks = work.S[[passing.RUN_STEPS, passing.RUN_EVENTS, passing.RUN_PEAKS]].astype(int)
     return MultibodyMarch(
-        status, work.steps[:steps], work.states[:steps], work.events[:events], work.peaks[:peaks],
+        A, status, work.steps[:steps], work.states[:steps], work.events[:events], work.peaks[:peaks],
         float(work.S[passing.RUN_TIME]), work.w, int(work.S[passing.RATES_USED]),
     )  # fmt: skip
 

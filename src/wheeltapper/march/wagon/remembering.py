@@ -34,8 +34,8 @@ class Paths(NamedTuple):
 class WagonMarking(Protocol):
     """What the wheels of a vehicle leave on their way for others, while a march is under way."""
 
-    def press(self, assembly: Assembly, found: Any) -> None:
-        """Take what the wheels have done up to the end of a march that goes on, over the paths of an assembly."""
+    def press(self, found: Any) -> None:
+        """Take what the wheels have done up to the end of a march that goes on, over the paths of its assembly."""
         ...
 
     def paths(self) -> Paths:
@@ -132,11 +132,6 @@ class Laying:
         self._step = max(step, self._step + 1)
         return min(self._end, float(self._grid.times(np.array(self._step))))
 
-    @property
-    def paths(self) -> Paths | None:
-        """The paths as they are known now, where they are not those of the beginning."""
-        return None if self._marking is None else Paths(self.assembly.lanes, self.assembly.pieces)
-
     def goes_on(self, status: int) -> bool:
         """Return whether a march has come to where new paths are needed."""
         return status == contract.DONE and self.until < self._end
@@ -144,7 +139,7 @@ class Laying:
     def lay(self, found: Any, flat: FlatAssembly) -> FlatAssembly:
         """Lay the marks of a march so far; return the vehicle on its new paths."""
         assert self._marking is not None
-        self._marking.press(self.assembly, found)
+        self._marking.press(found)
         paths = self._marking.paths()
         self.assembly = self.assembly._replace(lanes=paths.lanes, pieces=paths.pieces)
         self.until = self._next()

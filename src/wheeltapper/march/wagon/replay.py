@@ -360,9 +360,9 @@ def _nodes_of(A: asm.Assembly) -> int:
     return int(A.rails[asm.RAIL_NODES]) if A.rails.size else 0
 
 
-def replay(A: asm.Assembly, march: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
+def replay(march: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
     """Return states and rates (times, states) and some rows of the contacts (times, rows, lanes) at rising times."""
-    A = march.paved(A)
+    A = march.assembly
     work = work_for(A, 1)
     out = np.empty((len(times), len(A.start)))
     out_rates = np.empty_like(out)
@@ -374,9 +374,9 @@ def replay(A: asm.Assembly, march: MultibodyMarch, times: FloatArray, rows: IntA
     return out, out_rates, out_wheels
 
 
-def works(A: asm.Assembly, march: MultibodyMarch, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
+def works(march: MultibodyMarch, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
     """Return what `energy_kernel` writes."""
-    A = march.paved(A)
+    A = march.assembly
     nodes, weights = np.polynomial.legendre.leggauss(WORK_NODES)
     work = work_for(A, 1)
     count = len(march.steps)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wheeltapper.march.common import happened
 from wheeltapper.march.common import program as contract
-from wheeltapper.march.common.program import FloatArray
+from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.common.telling import Tell, report_nothing
 from wheeltapper.march.steps.written import functions_of_energy, scratch_for
 from wheeltapper.march.wheel import balance, dense, single
@@ -20,6 +21,22 @@ class Marched(single.March):
     @property
     def _columns(self) -> int:
         return dense.ENDED_OUT_COLUMNS if self.program.damper_ends else dense.OUT_COLUMNS
+
+    @property
+    def end(self) -> float:
+        """Time at the end."""
+        return float(self.state[contract.TIME])
+
+    @property
+    def spans(self) -> FloatArray:
+        """Time and length of each step, (steps, 2); the length in a row of steps is one in s where there is contact."""
+        begins = self.steps[:, contract.TIME]
+        return np.column_stack([begins, np.diff(begins, append=self.end)])
+
+    def without_force(self, contacts: IntArray) -> NDArray[np.bool_]:
+        """Return where some contacts have no force, (steps, contacts); there is one, 0."""
+        free = np.isin(self.steps[:, [contract.PHASE]], (contract.FLIGHT, contract.RELEASED))
+        return np.asarray(free[:, contacts])
 
     def at(self, times: FloatArray) -> FloatArray:
         """Return the motion at rising times (dense.py); columns for a damper's own end follow where there is one."""

@@ -69,7 +69,7 @@ def works(lowered: LoweredWagon, march: MarchedWagon, scenario: Scenario) -> tup
     damping[: len(structure.motions), : len(structure.motions)] = structure.damping
     if DECK in layout.bodies:
         damping[-1, -1] = scenario.track.damping
-    return march.works(lowered.assembly, damping, layout.displacement_places)
+    return march.works(damping, layout.displacement_places)
 
 
 def _stored_energies(lowered: LoweredWagon, states: FloatArray, scenario: Scenario) -> tuple[FloatArray, FloatArray]:

@@ -280,18 +280,21 @@ def march(
             ways_of(task.sinking), task.track.units, free, made, flat, scales, work._replace(steps=room), whole,
         )  # fmt: skip
         if laying.goes_on(status):
-            flat = laying.lay(_found_so_far(status, work, tables, free[: made[MADE]]), flat)
+            flat = laying.lay(_found_so_far(status, work, laying.assembly, tables, free[: made[MADE]]), flat)
             change_paths(*flat, work.w, work.wheels, work.events, work.peaks, work.kept, work.S)
         elif status != FULL or tell(float(work.S[passing.RUN_TIME])):
-            return _found_so_far(status, work, tables, free[: made[MADE]])._replace(paths=laying.paths)
+            return _found_so_far(status, work, laying.assembly, tables, free[: made[MADE]])
         work = multibody.grown_work(work)
         free = telling.grown_table(free, float(made[MADE]), 1.0)
 
 
-def _found_so_far(status: int, work: multibody.Work, tables: RailTables, free: FloatArray) -> MultibodyMarch:
+def _found_so_far(
+    status: int, work: multibody.Work, A: Assembly, tables: RailTables, free: FloatArray
+) -> MultibodyMarch:
     """Return what a march has found so far, with the log of its macro steps."""
     log = RailLog(tables.grid.ends, free.reshape(len(free), -1), tables.local, tables.answers)
-    found, wheel_lanes = multibody.found_so_far(status, work), LANES * int((work.wheels[:, VOID_FLAG] == 0.0).sum())
+    found = multibody.found_so_far(status, work, A)
+    wheel_lanes = LANES * int((work.wheels[:, VOID_FLAG] == 0.0).sum())
     of_wheels = found.events[:, EVENT_CONTACT] < wheel_lanes
     return found._replace(events=found.events[of_wheels], seat_events=found.events[~of_wheels], rails=log)
 

@@ -86,7 +86,7 @@ class RailsReplay:
         """
         macro, begins = self._macro_steps(), self._march.steps[:, asm.STEP_TIME]
         ends = np.append(begins[np.flatnonzero(np.diff(macro)) + 1], self._march.end)
-        states, _, _ = replay(self._task.assembly, self._march, np.nextafter(ends, 0.0), FORCE_ROWS[:0])
+        states, _, _ = replay(self._march, np.nextafter(ends, 0.0), FORCE_ROWS[:0])
         return self._as_moments(states)
 
     def _as_moments(self, states: FloatArray) -> FloatArray:
@@ -114,7 +114,7 @@ class RailsReplay:
         away = np.where(times - begin < 0.5 * length, DIFFERENCED, -DIFFERENCED) * length  # within the same step
         asked = np.stack([times, times + away, times + 2.0 * away])
         order = np.argsort(asked, axis=None, kind="stable")
-        states, _, rows = replay(self._task.assembly, self._march, asked.ravel()[order], FORCE_ROWS)
+        states, _, rows = replay(self._march, asked.ravel()[order], FORCE_ROWS)
         back = np.argsort(order, kind="stable").reshape(asked.shape)
         force, rate = np.moveaxis(self._forces(rows[back[0]]), 1, 0)
         near, far = (self._forces(rows[some])[:, 1] for some in back[1:])
