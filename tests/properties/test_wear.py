@@ -299,3 +299,17 @@ def test_foreign_files_are_not_overwritten(tmp_path):
         wt.wear_in(one, 2, store=text)
     with pytest.raises(InputError, match=r"found an elastic contact, which `marks` does not take"):
         wt.wear.marks(wt.simulate(one.replaced({"contact": wt.Hertz(constant=1.4e11)})))
+
+
+@pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
+def test_a_note_tells_of_the_worst_of_several_contacts_that_go_beyond_their_law():
+    wheelset = wt.Wheelset(mass=1200, load=9e4, stiffness=1e6, damping=2e4)
+    pair = wt.Scenario(
+        vehicle=wt.vehicles.Wheelsets(wheelsets=(wheelset, wheelset), positions=(0.0, -2.5)), speed=25, duration=0.13,
+        contact=wt.contact.KogutEtsion(yield_strength=1e8), rolling="point",
+        irregularity=wt.CosineBump(height=5e-4, length=0.1, start=0.01),
+    )  # fmt: skip
+    record = wt.simulate(pair)
+    largest = record.peaks.normal_force.groupby("wheelset").max().values
+    assert largest[1] > 1.2 * largest[0] > 8e5
+    assert any(f"reaches {largest.max() / 1e3:.4g} kN" in note for note in record.notes)

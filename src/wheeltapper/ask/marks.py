@@ -161,7 +161,7 @@ def _rolled(record: Record, contact: int, way: float, spacing: float) -> _Rolled
         return np.asarray(lowered.slopes_below(march, contact, places - position))
 
     depth = _depth_function(record.scenario.rolling, position, way, radius, spacing, depth_at, slope_at)
-    return _Rolled(radius, position, lowered.plastic_laws[contact % len(lowered.plastic_laws)], depth)
+    return _Rolled(radius, position, lowered.plastic_laws[contact // record._contacts.sides], depth)
 
 
 def _surfaces(record: Record, way: float, semi_axis: float) -> list[Surface]:

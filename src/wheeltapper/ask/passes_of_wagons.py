@@ -69,7 +69,7 @@ class RailLineOfWagons:
         self._begins = float(min(places.min() for places in positions))
         extent = float(max(places.max() for places in positions)) - self._begins
         lowered = _lowered(scenario, method, self._worn(_NOTHING, _NOTHING))
-        self.program, self.notes, (self.law,) = lowered.program, lowered.notes, lowered.plastic_laws
+        self.program, self.notes, self.law = lowered.program, lowered.notes, lowered.plastic_laws[0]
         self.semi_axis = semi_axis_of(scenario, float(lowered.static_force[0].mean()))
         self._rail = Surface.virgin_surface(extent + self.length, self.semi_axis, self.law.onset, per_interval)
         self.virgin = self._joined(self._rail, self._rail)

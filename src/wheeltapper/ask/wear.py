@@ -32,10 +32,10 @@ from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.blocks import core_count
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
+from wheeltapper.record.beyond import beyond_plastic
 from wheeltapper.record.files.checksum import CHECKSUM, checksum, is_damaged
 from wheeltapper.record.kinds import OUTCOMES
 from wheeltapper.record.labels import WEAR_TITLE
-from wheeltapper.record.yielded import beyond_law
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -368,7 +368,7 @@ class _Evolution:
             "ended": self._ended or "all passes made",
             "notes": json.dumps([
                 *line.notes,
-                *beyond_law(line.scenario.contact, [line.law], [reached]),
+                *beyond_plastic(line.scenario.contact, [line.law], [reached]),
                 f"marks are averaged over the contact patch, {2e3 * line.semi_axis:.2f} mm long: shorter ones are not "
                 "resolved",
             ]),

@@ -126,12 +126,13 @@ class LoweredWagon:
 
     @property
     def plastic_laws(self) -> tuple[PlasticLaw, ...]:
-        """Of a wheelset whose treads yield, as if both pressed alike."""
+        """Of the wheelsets whose treads yield, as if both pressed alike."""
         numbers = self.assembly.numbers[asm.YIELD_LAW :]
         if not numbers[PLASTIC_PIECES]:
             return ()
         constant = 2.0 * self.contact_constant
-        return (PlasticLaw.over_onset(self.assembly.law, float(numbers[PLASTIC_ONSET]), constant),)
+        law = PlasticLaw.over_onset(self.assembly.law, float(numbers[PLASTIC_ONSET]), constant)
+        return (law,) * len(self.static_force)
 
     def pressed(
         self, march: Marched, contact: int, times: FloatArray

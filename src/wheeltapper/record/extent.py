@@ -50,15 +50,18 @@ def check_samples(field: str, found: str, count: float, columns: int) -> None:
     )  # fmt: skip
 
 
-def progress_function(what: str, unit: float, end: float, chunk: int, row_bytes: float) -> Callable[[float], bool]:
-    """Return a function for the progress of a march (in `unit` s, of `end` s); it ends the march before memory ends."""
+def progress_function(unit: float, end: float, chunk: int, row_bytes: float) -> Callable[[float], bool]:
+    """Return a function for the progress of a march (in `unit` s, of `end` s); it ends the march before memory ends.
+
+    It is called after each `chunk` of steps.
+    """
     most = memory.available_bytes() / (TABLES * row_bytes)
     steps = 0
 
     def report_time(reached: float) -> bool:
         nonlocal steps
         steps += chunk
-        progress.report(what, min(float(reached) * unit, end), end)
+        progress.report("marching", min(float(reached) * unit, end), end)
         return steps > most
 
     return report_time

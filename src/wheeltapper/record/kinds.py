@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.notes import Note
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.general import layout
@@ -53,10 +52,8 @@ class Kind:
     ----------
     lower
         From a scenario and a method to the program with its units; a record that cannot fit in memory is refused.
-    teller
-        From a scenario and its program to what the march tells of its progress to.
-    beyond
-        Notes on a march that left the range of the scenario's laws.
+    chunk, row_bytes
+        Steps that the march makes before it tells of its progress, and from a scenario to the memory that each takes.
     missing_part
         The missing share of the exchanged energy.
     contacts
@@ -81,8 +78,8 @@ class Kind:
     """
 
     lower: Callable[[Scenario, str], Any]
-    teller: Callable[[Scenario, Any], Callable[[float], bool]]
-    beyond: Callable[[Scenario, Any, Any], tuple[Note, ...]]
+    chunk: int
+    row_bytes: Callable[[Scenario], float]
     missing_part: Callable[[Scenario, Any, Any], float]
     contacts: Callable[[Scenario, Any], Contacts]
     sample: Callable[[Scenario, Any, Any, FloatArray], Variables]

@@ -10,22 +10,20 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.plane import end_name
-from wheeltapper.ground.needs import OWN_LAW, YIELDING
-from wheeltapper.ground.notes import Note
+from wheeltapper.ground.needs import YIELDING
 from wheeltapper.lower.on_rails import DECK, LoweredOnRails, lower_on_rails
 from wheeltapper.march.common import program as contract
-from wheeltapper.march.common.telling import GENERAL_CHUNK
+from wheeltapper.march.common import telling
 from wheeltapper.march.general.layout import ROW_COLUMNS
 from wheeltapper.march.general.tables import longest_step
 from wheeltapper.march.general.task import Marched
-from wheeltapper.record import extent, yielded
+from wheeltapper.record import extent
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.elements.dampers_on_rails import damper_motion, has_ends, stops_met
 from wheeltapper.record.elements.elements_on_rails import element_events, element_motion
 from wheeltapper.record.elements.voids import events_of_voids
 from wheeltapper.record.files.stored_task import read, tables
 from wheeltapper.record.kinds import Kind, Variables
-from wheeltapper.record.own_law import beyond_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,21 +47,6 @@ def _lower(scenario: Scenario, method: str) -> LoweredOnRails:
         scenario, task.duration / longest_step(task.system.ring, task.method, task.system.bodies), _row_bytes(scenario)
     )
     return lowered
-
-
-def _teller(scenario: Scenario, lowered: LoweredOnRails) -> Callable[[float], bool]:
-    return extent.progress_function("marching", 1.0, scenario.duration, GENERAL_CHUNK, _row_bytes(scenario))
-
-
-def _beyond(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tuple[Note, ...]:
-    """Return notes where a run went beyond a plastic law, or beyond the table of a law of one's own."""
-    if YIELDING in scenario.needs:
-        forces, contact = march.peaks[:, contract.PEAK_FORCE] * lowered.force, march.peaks[:, contract.PEAK_CONTACT]
-        reached = [float(forces[contact == one].max(initial=0.0)) for one in range(len(lowered.plastic_laws))]
-        return yielded.beyond_law(scenario.contact, lowered.plastic_laws, reached)
-    if OWN_LAW not in scenario.needs:
-        return ()
-    return beyond_table(scenario.contact, *march.extremes())
 
 
 def _contacts(scenario: Scenario, lowered: LoweredOnRails) -> Contacts:
@@ -134,8 +117,8 @@ def _missing_part(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -
 
 ON_RAILS = Kind(
     lower=_lower,
-    teller=_teller,
-    beyond=_beyond,
+    chunk=telling.GENERAL_CHUNK,
+    row_bytes=_row_bytes,
     missing_part=_missing_part,
     contacts=_contacts,
     sample=_sample,

@@ -16,8 +16,9 @@ from wheeltapper.ground.progress import Progress, progress_shown, report, report
 from wheeltapper.ground.warned import ModelWarning, warn_of
 from wheeltapper.march import run
 from wheeltapper.march.common.blocks import algebra_on_one_thread, core_count
-from wheeltapper.record import balanced
+from wheeltapper.record import balanced, extent
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
+from wheeltapper.record.beyond import beyond_laws
 from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.record import Record
 from wheeltapper.record.rigid import rigid_track
@@ -131,9 +132,9 @@ def simulated_scenario(
     report("lowering", 0.0, 0.0)
     lowered = kind.lower(scenario, method)
     say_notes(lowered.notes)
-    tell = kind.teller(scenario, lowered)
+    tell = extent.progress_function(lowered.time, scenario.duration, kind.chunk, kind.row_bytes(scenario))
     march = run.march(lowered.program, tell)
-    beyond = kind.beyond(scenario, lowered, march)
+    beyond = beyond_laws(scenario, lowered, march, kind.contacts(scenario, lowered))
     say_notes(beyond)
     status, missing = balanced.judged_balance(march.status, kind.missing_part(scenario, lowered, march))
     record = Record(scenario, method, lowered, march._replace(status=status))

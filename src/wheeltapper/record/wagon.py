@@ -14,8 +14,7 @@ from wheeltapper.describe.creep import Fastsim
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.needs import FLEXIBLE_TRACK, OWN_LAW, YIELDING
-from wheeltapper.ground.notes import Note
+from wheeltapper.ground.needs import FLEXIBLE_TRACK, YIELDING
 from wheeltapper.lower.marks.wagon_marks import plastic_law
 from wheeltapper.lower.structure import structure_of
 from wheeltapper.lower.track.anomalies import Void
@@ -42,7 +41,7 @@ from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import wheel_rows
 from wheeltapper.march.wagon.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
 from wheeltapper.march.wagon.march import Marched as MarchedWagon
-from wheeltapper.record import balanced, creep_range, extent, own_law, yielded
+from wheeltapper.record import balanced, extent
 from wheeltapper.record.contacts import SIDES, Contacts
 from wheeltapper.record.elements import suspension
 from wheeltapper.record.elements.voids import events_of_voids
@@ -90,12 +89,6 @@ def _lower(scenario: Scenario, method: str) -> LoweredWagon:
     return started(lower_wagon_on_rails(scenario, method), scenario)
 
 
-def _teller(scenario: Scenario, lowered: LoweredWagon) -> Callable[[float], bool]:
-    return extent.progress_function(
-        "marching", lowered.time, scenario.duration, telling.WAGON_CHUNK, _row_bytes(scenario)
-    )
-
-
 def _contacts(scenario: Scenario, lowered: LoweredWagon) -> Contacts:
     axles = scenario.vehicle.axles
     wheelset, side = np.divmod(np.arange(2 * len(axles)), 2)
@@ -106,18 +99,6 @@ def _contacts(scenario: Scenario, lowered: LoweredWagon) -> Contacts:
         np.repeat([axle.radius for axle in axles], 2),
         np.concatenate([treads + first * LANES for first in octets]), sides=2,
     )  # fmt: skip
-
-
-def _beyond(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon) -> tuple[Note, ...]:
-    """Return notes where a run went beyond its creep law, beyond a plastic law, or the table of a law of one's own."""
-    notes = creep_range.beyond_spin(scenario, lowered, march)
-    if YIELDING in scenario.needs:
-        treads = march.peaks[:, program.PEAK_CONTACT] < lowered.assembly.numbers[asm.TREADS] * LANES
-        reached = 2.0 * float(march.peaks[treads, program.PEAK_FORCE].max(initial=0.0))
-        return (*notes, *yielded.beyond_law(scenario.contact, lowered.plastic_laws, [reached]))
-    if OWN_LAW in scenario.needs:
-        return (*notes, *own_law.beyond_table_of_wagon(scenario.contact, lowered, march))
-    return notes
 
 
 def _seat_events(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon) -> dict[str, NDArray[Any]] | None:
@@ -139,7 +120,7 @@ def _sample(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon, time
     rows_of = dict(zip(ROWS, found, strict=True))
     touching = _wheel_variables(scenario, rows_of)
     wheels = 2 * len(scenario.vehicle.axles)
-    for law in lowered.plastic_laws:
+    for law in lowered.plastic_laws[:1]:  # all have the same
         left = law.left_over(rows_of["delta"][:, :wheels], rows_of["left"][:, :wheels])
         touching["permanent_indentation"] = left
     if lowered.below is not None:
@@ -505,8 +486,8 @@ def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario, voids: tuple[Vo
 
 WAGON = Kind(
     lower=_lower,
-    teller=_teller,
-    beyond=_beyond,
+    chunk=telling.WAGON_CHUNK,
+    row_bytes=_row_bytes,
     missing_part=lambda scenario, lowered, march: wagon_energy.missing_part(lowered, march, scenario),
     contacts=_contacts,
     sample=_sample,

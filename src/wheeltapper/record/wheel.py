@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import YIELDING
-from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import Lowered, lower
 from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common import telling
 from wheeltapper.march.common.program import Program
-from wheeltapper.record import balanced, extent, yielded
+from wheeltapper.record import balanced, extent
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.energies import balance as energy
 from wheeltapper.record.files import stored
@@ -41,10 +40,6 @@ def _lower(scenario: Scenario, method: str) -> Lowered:
     lowered = lower(scenario, method)
     extent.check_pieces(scenario, lowered)
     return lowered
-
-
-def _teller(scenario: Scenario, lowered: Lowered) -> Callable[[float], bool]:
-    return extent.progress_function("marching", lowered.time, scenario.duration, telling.CHUNK, extent.ROW_BYTES)
 
 
 def _sample(scenario: Scenario, lowered: Lowered, march: MarchedWheel, times: FloatArray) -> Variables:
@@ -74,14 +69,6 @@ def _sample(scenario: Scenario, lowered: Lowered, march: MarchedWheel, times: Fl
         out["damper_end_displacement"] = along, rows[:, dense.OUT_END_Y] * length
         out["damper_force"] = along, rows[:, dense.OUT_DAMPER_FORCE] * force
     return out
-
-
-def _beyond(scenario: Scenario, lowered: Lowered, march: MarchedWheel) -> tuple[Note, ...]:
-    """Return notes where a run went beyond a plastic law."""
-    if not lowered.plastic_laws:
-        return ()
-    reached = float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * lowered.force
-    return yielded.beyond_law(scenario.contact, lowered.plastic_laws, [reached])
 
 
 def _integrate(
@@ -191,8 +178,8 @@ def _march_of(data: xr.Dataset, program: Program) -> MarchedWheel:
 
 WHEEL = Kind(
     lower=_lower,
-    teller=_teller,
-    beyond=_beyond,
+    chunk=telling.CHUNK,
+    row_bytes=lambda scenario: extent.ROW_BYTES,
     missing_part=lambda scenario, lowered, march: balanced.missing_part(march),
     contacts=lambda scenario, lowered: Contacts(
         np.array([lowered.static_force]),

@@ -15,10 +15,15 @@ from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import multibody, replay
 from wheeltapper.march.wagon.assembly import Assembly
 from wheeltapper.march.wagon.remembering import OverMarks
+from wheeltapper.march.wagon.wheel_rows import DELTA_RATE, ROW_DELTA
 
 if TYPE_CHECKING:
     from wheeltapper.march.wagon.rails.march import OnRails
     from wheeltapper.march.wagon.rails.replay import RailsReplay
+
+
+BEHIND = np.linspace(0.0, 1.0, 17)
+"""Times behind a maximum of a damped force at which its indentation is read, in radians of phase of a wheelset."""
 
 
 class Marched(multibody.MultibodyMarch):
@@ -52,6 +57,21 @@ class Marched(multibody.MultibodyMarch):
         from wheeltapper.march.wagon.rails.replay import RailsReplay
 
         return RailsReplay(program, self)
+
+    def extremes(self) -> tuple[float, float]:
+        """Return the largest indentation of the treads, m, and its largest rate either way, m/s.
+
+        They are read at events, where it is fastest, and at maxima of forces and what follows: contacts whose force
+        knows the rate are deepest a little later.
+        """
+        A, peaks = self.assembly, self.peaks[:, [contract.PEAK_TIME]]
+        rated = A.numbers[asm.CONTACT_LAW] == asm.OWN_RATED
+        behind = (peaks + A.numbers[asm.PULSE] * BEHIND[: len(BEHIND) if rated else 1]).ravel()
+        times = np.concatenate([[0.0], behind[behind <= self.end], self.events[:, contract.EVENT_TIME]])
+        _, _, found = self.at(np.unique(times), np.array([ROW_DELTA, DELTA_RATE]))
+        treads = np.flatnonzero(A.lanes[: int(A.numbers[asm.TREADS]), asm.SIDE].ravel())
+        delta, rate = np.moveaxis(found[:, :, treads], 1, 0)
+        return float(delta.max()), float(np.abs(rate[delta >= 0.0]).max(initial=0.0))
 
     def happened(self) -> list[FloatArray]:
         """Return what happens to each contact, to each void and to each nonlinear element, in its order."""
