@@ -258,6 +258,24 @@ def test_how_far_a_step_goes_beyond_what_the_surface_bears_is_that_of_50_digits(
         np.testing.assert_allclose(S[layout.TREND : layout.TREND + order], exact, rtol=1e-14, atol=2e-15)
 
 
+@pytest.mark.parametrize("order", [12, 20])
+def test_the_force_by_s_and_its_changes_are_those_of_50_digits(order):
+    rng = np.random.default_rng(order)
+    S, D, mp = np.zeros(layout.SCRATCH), np.zeros((layout.TURNED_ROWS, 8)), mpmath.mpf
+    rows = [slice(row, row + order) for row in (layout.U, layout.N)]
+    for row in rows:
+        S[row], D[row] = rng.uniform(-1, 1, order), rng.uniform(-1, 1, (order, 8))
+    written.interpreted(scalar.pushing_source(order))(S, S[:, None], 0.0, 0, S[:, None], S)
+    written.interpreted(tangents.turned_push_source(order))(S, S, D)
+    u, N = (Truncated(map(mp, S[row])) for row in rows)
+    exact = [float(product(u, N, n)) for n in range(order)]
+    np.testing.assert_allclose(S[layout.PUSH : layout.PUSH + order], exact, rtol=0, atol=1e-14)
+    for lane in range(8):
+        of_u, of_N = (Truncated(map(mp, D[row, lane])) for row in rows)
+        exact = [float(product(of_u, N, n) + product(u, of_N, n)) for n in range(order)]
+        np.testing.assert_allclose(D[layout.PUSH : layout.PUSH + order, lane], exact, rtol=0, atol=2e-14)
+
+
 def put_in_lane(i, numbers, pieces, S, L):
     """The same step in a lane, as marches in lanes put it there."""
     state, row, lift = S[layout.STATE :], pieces[0], numbers[program.LIFT]

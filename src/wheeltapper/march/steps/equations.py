@@ -174,6 +174,13 @@ def yielding(order: int) -> Tape:
     return tape
 
 
+def pushing(order: int) -> Tape:
+    """Return the tape of `push`, N·u: a step in contact's force by time, in s. N and u are those that were found."""
+    tape = Tape()
+    tape.product(tape.polynomial("u", order - 1), tape.polynomial("N", order - 1), "push")
+    return tape
+
+
 def powers(terms: Terms | Free) -> Tape:
     """Return the tape of a step with two further series: the power that dampers take, `lost`, and `power`.
 

@@ -22,13 +22,13 @@ def int64_positions(values: Iterable[int]) -> tuple[int, ...]:
 
 WIDTH = 24
 # Contact: series in s. Flight: series in t; U and W then hold y and v.
-T, U, W, Y, Z, N, TREND, CLEAR, WORK, SCALED, SHIFTED, DEPTH, WHEEL_Y, WHEEL_V, BUSH = int64_positions(
-    range(0, 15 * WIDTH, WIDTH)
+T, U, W, Y, Z, N, TREND, CLEAR, WORK, SCALED, SHIFTED, DEPTH, WHEEL_Y, WHEEL_V, BUSH, PUSH = int64_positions(
+    range(0, 16 * WIDTH, WIDTH)
 )
 """Beside the motion: the contact force, what a root is sought of, the indentation in flight; the indentation of a
 virgin surface; and where a damper has an end of its own, the wheel's displacement and velocity in contact and the
-bush's deflection. The others are room."""
-HERE, FLIGHT_ORDER = int64_positions((15 * WIDTH, 22))
+bush's deflection; the force by s. The others are room."""
+HERE, FLIGHT_ORDER = int64_positions((16 * WIDTH, 22))
 
 # The present piece: polynomial in (t - t0), harmonic, factor, residual indentation, what the surface bears; then of the
 # plastic law that holds: number of terms (0: it is elastic), centre, scale, and the terms. Then of a damper's end its

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from wheeltapper.march.steps import common
 from wheeltapper.march.steps.derive import coefficients, needed, quick_coefficients
-from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms, contact, free, yielding
+from wheeltapper.march.steps.equations import BENT, FLAT, WAVE, Free, Terms, contact, free, pushing, yielding
 from wheeltapper.march.steps.layout import FLIGHT_ORDER
 
 LOGGED = {
@@ -202,6 +202,18 @@ def yielding_source(order: int) -> str:
     body = [*needed([*body, *coefficients(yielding(order), order - 1)], _names(rows)), *_stored(rows)]
     says = "Find how far the indentation is beyond that at which the surface yields."
     return _function(f"yielding_{order}", says, [*body, "return 0.0, 0.0, 0.0, 0.0, False"])
+
+
+def pushing_source(order: int) -> str:
+    """Return the function that puts in PUSH what the impulse of a step that was made is the integral of."""
+    rows = {"PUSH": ("push", order - 1)}
+    body = [*given_to_push(order), *coefficients(pushing(order), order - 1), *_stored(rows)]
+    return _function(f"pushing_{order}", "Find the force by time in s.", [*body, "return 0.0, 0.0, 0.0, 0.0, False"])
+
+
+def given_to_push(order: int) -> list[str]:
+    """Return the lines that read the series of u and of the force of a step that was made."""
+    return [f"{name}{n} = S[{name.upper()} + {n}]" for name in "uN" for n in range(order)]
 
 
 def _function(name: str, says: str, body: list[str]) -> str:

@@ -20,9 +20,10 @@ from wheeltapper.march.common import program
 from wheeltapper.march.common.program import MAX_DEGREE
 from wheeltapper.march.steps import common
 from wheeltapper.march.steps.derive import coefficients, needed, total
-from wheeltapper.march.steps.equations import BENT, FLAT, Free, Terms, contact, free
+from wheeltapper.march.steps.equations import BENT, FLAT, Free, Terms, contact, free, pushing
 from wheeltapper.march.steps.lanes import at, function, given, read, series
 from wheeltapper.march.steps.layout import FLIGHT_ORDER
+from wheeltapper.march.steps.scalar import given_to_push
 from wheeltapper.march.steps.tape import Tape
 
 ENDS = {"t": "T", "u": "U", "w": "W", "Y": "DECK_Y", "Z": "DECK_V"}
@@ -342,6 +343,14 @@ def turned_joint_source() -> str:
     values = {name: f"S[{row}]" for name, row in changed.items()}
     values |= {"acceleration": "S[JOINT_ACCELERATION]", "b0": "S[JOINT_FACTOR]"}
     return _directions("turned_joint", *_piece(), ends, values)
+
+
+def turned_push_source(order: int) -> str:
+    """Return the function for the changes of a step's force by s, from those of u and of the force."""
+    split = _split([*given_to_push(order), *coefficients(pushing(order), order - 1)])
+    changes = [(f"d{name}{n}", f"D[{name.upper()} + {n}, i]") for name in "uN" for n in range(order)]
+    made = _rates(split, {name[1:] for name, _ in changes}, {})
+    return _directions(f"turned_push_{order}", split, changes, made, _coefficients_of({"PUSH": ("push", order - 1)}))
 
 
 def turned_source(terms: Terms, order: int) -> str:

@@ -33,14 +33,16 @@ FREE = tuple(
     Free(bonded, deck, end) for bonded, end in ((False, False), (True, False), (False, True)) for deck in (False, True)
 )
 """What a step in time may have, by the number of its function, counted from FLIES."""
-(BEGINS_TO_YIELD,) = int64_positions([FLIES + len(FREE)])
-"""The number of the function that tells where a surface begins to yield that does not bear the same everywhere."""
-ONE_WHEEL = int(BEGINS_TO_YIELD) + 1
+BEGINS_TO_YIELD, PUSHES = int64_positions([FLIES + len(FREE), FLIES + len(FREE) + 1])
+"""Which functions tell where a surface begins to yield that does not bear the same everywhere, and the force by s."""
+ONE_WHEEL = int(PUSHES) + 1
 """How many functions one wheel has."""
-TURN_PIECE, TURN_JOINT = int64_positions(OF_ENDED + sum(not terms.end for terms in FREE) + k for k in range(2))
-"""Which functions differentiate a piece of the path about a step's start, and at a joint of two."""
-TURNED = int(TURN_JOINT) + 1
-"""How many functions differentiate: elastic contacts, then steps in time without a damper's end, then the path."""
+TURN_PIECE, TURN_JOINT, TURN_PUSH = int64_positions(
+    OF_ENDED + sum(not terms.end for terms in FREE) + k for k in range(3)
+)
+"""Which functions differentiate a piece of the path about a step's start, and at a joint of two, and the force by s."""
+TURNED = int(TURN_PUSH) + 1
+"""How many functions differentiate: elastic contacts, steps in time without a damper's end, then these."""
 
 
 def _numbered(*counts: int) -> tuple[int, ...]:

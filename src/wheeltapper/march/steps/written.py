@@ -49,7 +49,7 @@ def source(number: int, order: int) -> str:
         return scalar.source(VARIANTS[number], order)
     if number < variants.BEGINS_TO_YIELD:
         return scalar.free_source(FREE[number - FLIES])
-    return scalar.yielding_source(order)
+    return scalar.yielding_source(order) if number == variants.BEGINS_TO_YIELD else scalar.pushing_source(order)
 
 
 def source_in_lanes(number: int, order: int) -> str:
@@ -74,6 +74,8 @@ def source_of_tangents(number: int, order: int) -> str:
     """Return the source of a function that differentiates a step of one wheel, or the path under it."""
     if number < OF_ENDED:
         return tangents.turned_source(VARIANTS[number], order)
+    if number == variants.TURN_PUSH:
+        return tangents.turned_push_source(order)
     if number >= variants.TURN_PIECE:
         return tangents.turned_piece_source() if number == variants.TURN_PIECE else tangents.turned_joint_source()
     return tangents.free_turned_source(FREE[number - OF_ENDED])
@@ -152,10 +154,10 @@ def _scratch(order: int, needed: int) -> FloatArray:
     return S
 
 
-def scratch_for(program: contract.Program) -> FloatArray:
-    """Return scratch memory for a program's march, with the functions for its steps in it."""
+def scratch_for(program: contract.Program, pushes: bool = False) -> FloatArray:
+    """Return scratch memory for a program's march, with the functions for its steps; `pushes`: for impulses, too."""
     numbers, pieces = program.numbers, program.pieces
-    needed = variants_over(numbers, pieces, len(program.law) > 0)
+    needed = variants_over(numbers, pieces, len(program.law) > 0) | int(pushes) << int(variants.PUSHES)
     return _scratch(int(numbers[contract.ORDER]), needed)
 
 
@@ -164,16 +166,19 @@ def _order_of_cells(numbers: FloatArray) -> int:
     return int(numbers[0, contract.ORDER]) if len(numbers) else contract.DEFAULT_ORDER
 
 
-def scratch_of_cells(numbers: FloatArray, pieces: FloatArray, turned: bool = False, lossy: bool = False) -> FloatArray:
+def scratch_of_cells(
+    numbers: FloatArray, pieces: FloatArray, turned: bool = False, lossy: bool = False, pushes: bool = False
+) -> FloatArray:
     """Return scratch memory for the marches of cells (cells, NUMBERS), all of one order, over these pieces.
 
-    `turned`: with tangents; `lossy`: by the hysteresis of their contacts, too.
+    `turned`: with tangents; `lossy`: by the hysteresis of their contacts, too; `pushes`: with impulses.
     """
-    order, needed = _order_of_cells(numbers), variants_of_cells(numbers, pieces)
+    order = _order_of_cells(numbers)
+    needed = variants_of_cells(numbers, pieces) | int(pushes) << int(variants.PUSHES)
     S = _scratch(order, needed)
     if turned:
         bits = _turned_kinds(needed, lossy) | needed >> FLIES << OF_ENDED
-        bits |= 1 << int(variants.TURN_PIECE) | 1 << int(variants.TURN_JOINT)
+        bits |= 1 << int(variants.TURN_PIECE) | 1 << int(variants.TURN_JOINT) | int(pushes) << int(variants.TURN_PUSH)
         S[layout.DERIVATIVES : layout.DERIVATIVES + variants.TURNED] = of_one_wheel.with_bits(order, bits)
     return S
 

@@ -17,11 +17,11 @@ from wheeltapper.march.common.kernel import kernel, uncounted_kernel
 from wheeltapper.march.common.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, TIME, A, B, FloatArray
 from wheeltapper.march.steps import series
 from wheeltapper.march.steps.held_end import damper_ends, held_coefficients
-from wheeltapper.march.steps.layout import BUSH, FLIGHT_ORDER, N, T, U, W, Y, Z
+from wheeltapper.march.steps.layout import BUSH, FLIGHT_ORDER, PUSH, N, T, U, W, Y, Z
 from wheeltapper.march.wheel.events import force as contact_force
 from wheeltapper.march.wheel.events import is_contact_phase
 from wheeltapper.march.wheel.roots import evaluate
-from wheeltapper.march.wheel.step import repeat_step, time_to
+from wheeltapper.march.wheel.step import push, repeat_step, time_to
 
 # Columns of the dense output.
 (
@@ -178,17 +178,18 @@ def dense(
 
 
 @uncounted_kernel
-def impulse(numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
+def impulse(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
     """Return the integral of the contact force over the time of the prepared step: ∫ N·u ds, or ∫ N dt."""
     contact = is_contact_phase(step[PHASE])
     if not contact and step[PHASE] != contract.BONDED:
         return 0.0
+    row, last = N, FLIGHT_ORDER
+    if contact:
+        row, last = PUSH, int(numbers[contract.ORDER]) - 1
+        push(pieces, numbers, S)
     total = 0.0
-    for n in range(int(numbers[contract.ORDER]) - 1 if contact else FLIGHT_ORDER, -1, -1):
-        term = 0.0 if contact else S[N + n]
-        for j in range(n + 1 if contact else 0):
-            term += S[U + j] * S[N + n - j]
-        total = total * step[LENGTH] + term / (n + 1)
+    for n in range(last, -1, -1):
+        total = total * step[LENGTH] + S[row + n] / (n + 1)
     return total * step[LENGTH]
 
 
@@ -210,7 +211,7 @@ def integrals(
         fill_row(numbers, step, step[LENGTH], S, ends[i, FINISHES])
         total = out[i]
         total[:] = 0.0
-        total[IMPULSE] = impulse(numbers, step, S)
+        total[IMPULSE] = impulse(pieces, numbers, step, S)
         for j in range(len(nodes)):
             x = nodes[j] * step[LENGTH]
             after = fill_row(numbers, step, x, S, point)

@@ -132,16 +132,16 @@ def ensemble_kernel(
     return cell
 
 
-def _work_arrays(cells: Cells) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _work_arrays(cells: Cells, tally: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return room for steps, and scratch memory of the march and of the tally."""
-    S = scratch_of_cells(cells.numbers, cells.pieces)
+    S = scratch_of_cells(cells.numbers, cells.pieces, pushes=tally)
     return np.empty((STEP_ROWS, contract.ENDED_COLUMNS)), S, S.copy()
 
 
 def march_one_by_one(cells: Cells, tally: bool = False) -> Marched:
     """March some cells in this thread, one after the other."""
     total = len(cells.first)
-    tables, work, cell = room_for(total), _work_arrays(cells), 0
+    tables, work, cell = room_for(total), _work_arrays(cells, tally), 0
     while cell < total:
         cell = ensemble_kernel(cells, cell, tables, *work, tally)
         if cell < total:
@@ -264,7 +264,7 @@ def _tallied(program: contract.Program, found: March) -> tuple[float, FloatArray
     tally, point, impulses = np.zeros(TALLY), np.zeros(ENDED_OUT_COLUMNS), np.full(len(found.events), np.nan)
     tally[HIGHEST] = -np.inf
     given = found.pieces, program.numbers, program.law_or_none, found.steps, len(found.steps)
-    tally_kernel(*given, tally, impulses, scratch_for(program), point)
+    tally_kernel(*given, tally, impulses, scratch_for(program, pushes=True), point)
     end_tally(found.status, tally, impulses)
     return tally[HIGHEST], impulses
 

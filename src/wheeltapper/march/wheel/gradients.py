@@ -108,7 +108,7 @@ def _room_for(cells: int, events: int, peaks: int, tally: bool) -> Tangents:
 def _work(cells: Cells, turns: CellTangents, kept: KeptSteps, tally: bool) -> tuple[Any, ...]:
     """Return scratch memory, whether a tally is kept, and room for links where none is."""
     lossy = _by_hysteresis(turns.numbers)
-    S, D = scratch_of_cells(cells.numbers, cells.pieces, True, lossy), np.zeros((TURNED_ROWS, LANES))
+    S, D = scratch_of_cells(cells.numbers, cells.pieces, True, lossy, tally), np.zeros((TURNED_ROWS, LANES))
     return S, D, True if tally else None, None if tally else links_of(kept.pool, _directions(turns), lossy)
 
 

@@ -56,7 +56,7 @@ class Marched(single.March):
         """
         places, weights = np.polynomial.legendre.leggauss(nodes)
         out, ends = np.zeros((len(self.steps), dense.INTEGRALS)), np.zeros((len(self.steps), 2, self._columns))
-        law, S = self.program.law_or_none, scratch_for(self.program)
+        law, S = self.program.law_or_none, scratch_for(self.program, pushes=True)
         rule = 0.5 * (places + 1.0), 0.5 * weights
         dense.integrals(self.pieces, self.program.numbers, law, self.steps, *rule, out, ends, S)
         return out, ends

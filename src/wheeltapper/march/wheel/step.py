@@ -11,7 +11,7 @@ from wheeltapper.march.steps import layout
 from wheeltapper.march.steps.calling import call_one
 from wheeltapper.march.steps.held_end import damper_ends, hold_end
 from wheeltapper.march.steps.layout import STATE, N, T, U, W
-from wheeltapper.march.steps.variants import BEGINS_TO_YIELD, free_variant_of, variant_of
+from wheeltapper.march.steps.variants import BEGINS_TO_YIELD, PUSHES, free_variant_of, variant_of
 from wheeltapper.march.wheel.events import is_contact_phase
 from wheeltapper.march.wheel.roots import NOISE, NONE, evaluate, evaluate_derivative, first_root
 
@@ -64,6 +64,15 @@ def contact_advance(
 def begin_to_yield(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> None:
     """Put in row TREND how far the contact step that is in S goes beyond what the surface bears."""
     call_one(S[layout.FUNCTIONS + BEGINS_TO_YIELD], numbers, pieces, np.inf, 0, pieces, S)
+
+
+@uncounted_kernel
+def push(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> None:
+    """Put in row PUSH the force by s of the contact step that is in S."""
+    if S[layout.FUNCTIONS + PUSHES] == 0.0:
+        S[layout.PUSH] = np.nan  # nobody has written it
+        return
+    call_one(S[layout.FUNCTIONS + PUSHES], numbers, pieces, np.inf, 0, pieces, S)
 
 
 @uncounted_kernel

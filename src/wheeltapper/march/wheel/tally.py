@@ -67,7 +67,7 @@ def tally_kernel(
             _note_position(point[OUT_WHEEL_Y], step[TIME], tally)
             tally[BEGUN], tally[RISES] = 1.0, 1.0 if point[OUT_WHEEL_V] > 0.0 else 0.0
         if tally[STILL_OPEN] != 0.0:
-            impulses[int(tally[CONTACTS]) - 1] += impulse(numbers, step, S)
+            impulses[int(tally[CONTACTS]) - 1] += impulse(pieces, numbers, step, S)
         after = fill_row(numbers, step, step[LENGTH], S, point)
         _note_position(point[OUT_WHEEL_Y], step[TIME] + after, tally)
         rises = point[OUT_WHEEL_V] > 0.0

@@ -82,15 +82,14 @@ def _step_tangents(
 
 
 @uncounted_kernel
-def _add_impulse(order: int, length: float, impulse: FloatArray, S: FloatArray, D: FloatArray) -> None:
-    """Add the derivatives, at fixed s, of a contact step's impulse ∫ N·u ds."""
+def _add_impulse(numbers: FloatArray, length: float, impulse: FloatArray, S: FloatArray, D: FloatArray) -> None:
+    """Add the derivatives, at fixed s, of a contact step's impulse."""
+    call_turned(S[layout.DERIVATIVES + variants.TURN_PUSH], numbers, S, D)
     power = 1.0
-    for n in range(order):
+    for n in range(int(numbers[contract.ORDER])):
         power *= length
-        for j in range(n + 1):
-            u, force = S[U + n - j], S[N + j]
-            for lane in range(LANES):
-                impulse[lane] += power / (n + 1) * (D[N + j, lane] * u + force * D[U + n - j, lane])
+        for lane in range(LANES):
+            impulse[lane] += power / (n + 1) * D[layout.PUSH + n, lane]
 
 
 class Made(NamedTuple):
@@ -269,7 +268,7 @@ def repeat_kernel(
             if opened and contact:
                 if restarted:  # the part before a moving breakpoint was counted up to it, with the force there
                     of_impulses[contacts - 1] -= S[N] * carried[DBREAK]
-                _add_impulse(int(numbers[contract.ORDER]), step[LENGTH], of_impulses[contacts - 1], S, D)
+                _add_impulse(numbers, step[LENGTH], of_impulses[contacts - 1], S, D)
             if not highest and highest_time <= after[TIME]:
                 highest = True
                 sample_point(numbers, turns, step, highest_time, point, here, S, D)
