@@ -7,7 +7,7 @@ base     the series of eight steps of known length; what the tangents need of th
 along    one direction: how t, u, w and the deck's motion at the end of the step change, at fixed s
 turn     how what such steps take changes with a cell's numbers and pieces of its path
 turned   of one step: how its series change in eight directions, at fixed s; of a step in time, at fixed time; and how
-         the path about its start does, or at a joint of two pieces
+         the path about its start does, or at a joint of two pieces, and the force by s
 """
 
 from __future__ import annotations

@@ -211,7 +211,6 @@ def repeat_kernel(
                     tangent_events.cross_in_contact(
                         pieces, bends, base, table, numbers, turns, step, after, end, carried, S, D
                     )
-                    piece = -1.0
                 continue
             if i > 0 and leapt < 0 and _flies_on(steps, i, events, event, peaks, peak):
                 # whatever piece stands in S: the path does not matter in flight
