@@ -1,19 +1,22 @@
 """Files of records: those of older formats are loaded, what broke off too, and plain xarray finds every contact."""
 
-import lzma
+import subprocess
+import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import wheeltapper as wt
+from tests.earlier import EARLIER, earlier
+from wheeltapper.describe.profile.rail_60e1 import rail_60e1
+from wheeltapper.describe.scenario import Start
 from wheeltapper.ground.outcome import Outcome
+from wheeltapper.ground.warned import ModelWarning
 from wheeltapper.march.common import program as contract
 from wheeltapper.record import wagon, wheel
 
-DATA = Path(__file__).resolve().parents[1] / "data"
 WHEELSET = wt.Scenario(
     vehicle=wt.Wheelset(mass=1500, load=91307, stiffness=2.44e6, damping=5e4, radius=0.46),
     contact=wt.Hertz(constant=1.405e11), irregularity=wt.CosineBump(height=4e-4, length=0.05, start=0.05),
@@ -21,18 +24,10 @@ WHEELSET = wt.Scenario(
 )  # fmt: skip
 
 
-def older(kind, folder):
-    """Unpack a file of format 1; return its path and its contents."""
-    path = folder / f"{kind}.nc"
-    path.write_bytes(lzma.decompress((DATA / f"record_{kind}_format_1.nc.xz").read_bytes()))
-    with xr.open_dataset(path, engine="h5netcdf") as opened:
-        return path, opened.load()
-
-
-@pytest.mark.parametrize("kind", ["wheelset", "wagon"])
-def test_a_file_of_format_1_answers_as_when_it_was_written(tmp_path, kind):
-    path, data = older(kind, tmp_path)
-    assert data.attrs["format"] == 1
+@pytest.mark.parametrize(("kind", "version"), EARLIER)
+def test_a_file_of_an_earlier_format_answers_as_when_it_was_written(tmp_path, kind, version):
+    path, data = earlier(kind, version, tmp_path)
+    assert data.attrs["format"] == version
     record = wt.load(path)
     assert str(record) == data.attrs["summary"]
     for name, found in {
@@ -52,12 +47,12 @@ def test_a_file_of_format_1_answers_as_when_it_was_written(tmp_path, kind):
 
 
 def test_a_file_of_format_1_saved_again_has_the_axis_of_contacts(tmp_path):
-    path, old = older("wagon", tmp_path)
+    path, old = earlier("wagon", 1, tmp_path)
     record = wt.load(path)
     record.save(tmp_path / "new.nc")
     with xr.open_dataset(tmp_path / "new.nc", engine="h5netcdf") as opened:
         data = opened.load()
-    assert data.attrs["format"] == 2
+    assert data.attrs["format"] == 3
     assert data.static_force.dims == ("contact",)
     np.testing.assert_array_equal(data.static_force, old.static_force.values.ravel())
     sides = np.array(data.contact_side.attrs["flag_meanings"].split())[data.contact_side]
@@ -68,7 +63,7 @@ def test_a_file_of_format_1_saved_again_has_the_axis_of_contacts(tmp_path):
 
 @pytest.mark.parametrize(("kind", "names"), [("wheelset", ()), ("wagon", ("wheelset", "side", "surface"))])
 def test_tables_of_several_wheels_name_them_as_coordinates(tmp_path, kind, names):
-    record = wt.load(older(kind, tmp_path)[0])
+    record = wt.load(earlier(kind, 1, tmp_path)[0])
     for table in (record.events, record.peaks, record.impacts):
         assert set(table.coords) == set(names)
         assert len(table.sizes) == 1
@@ -123,7 +118,7 @@ def test_a_wagon_s_record_that_does_not_balance_is_loaded(tmp_path, monkeypatch)
     def unstable(lowered):
         return replace(lowered, assembly=lowered.assembly._replace(columns=-1e4 * lowered.assembly.columns))
 
-    scenario = wt.load(older("wagon", tmp_path)[0]).scenario
+    scenario = wt.load(earlier("wagon", 1, tmp_path)[0]).scenario
     spoilt(wagon, unstable, monkeypatch)
     record = wt.simulate(scenario)
     assert record.outcome is Outcome.UNBALANCED
@@ -165,3 +160,139 @@ def test_a_function_for_a_record_without_a_law_of_ones_own_is_refused(tmp_path):
     wt.simulate(WHEELSET).save(tmp_path / "a.nc")
     with pytest.raises(wt.InputError, match="law: found a function; allowed: none, as this record's contact is no"):
         wt.load(tmp_path / "a.nc", law=cubic)
+
+
+BUMP = wt.CosineBump(height=4e-4, length=0.05, start=0.05)
+YIELDING = {"contact": wt.contact.Thornton(constant=1.405e11, yield_force=1.2e5), "rolling": "circle"}
+PAIR = wt.vehicles.Wheelsets(wheelsets=(WHEELSET.vehicle, WHEELSET.vehicle), positions=(0.0, -0.1))
+DECK = wt.FloatingDeck(mass=500, stiffness=5e7, damping=1e4)
+COACH = wt.Scenario.from_toml("examples/coach_step.toml").replaced({"duration": 0.01})
+SLAB = wt.tracks.Slab(**wt.tracks.Slab.example | {"cutoff": 1000, "bays": 160})
+KEPT = {
+    "deck": WHEELSET.replaced({"track": DECK}),
+    "spot that remembers": wt.Scenario(
+        vehicle=WHEELSET.vehicle, contact=YIELDING["contact"], speed=0.0, duration=0.05,
+        start=Start(displacement=2e-3),
+    ),
+    "marks of a wheel before": WHEELSET.replaced({"vehicle": PAIR, "duration": 0.04, **YIELDING}),
+    "slab": WHEELSET.replaced({"track": SLAB}),
+    "coach": COACH,
+    "coach that yields": COACH.replaced({"contact": wt.contact.Thornton(constant_per_wheel=7e10, yield_force=9e4)}),
+    "coach on a slab": COACH.replaced({"track": SLAB}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", KEPT)
+def test_a_record_comes_back_to_the_same_bits_from_what_it_was_made_of_and_its_log(tmp_path, name):
+    record = wt.simulate(KEPT[name])
+    record.save(tmp_path / "a.nc")
+    with xr.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as opened:
+        assert not any(str(one).startswith(("program", "assembly", "task")) for one in opened.variables)
+    again = wt.load(tmp_path / "a.nc")
+    assert again.scenario == record.scenario
+    assert again.notes == record.notes
+    for table in ("events", "peaks", "impacts", "energy"):
+        assert getattr(again, table).identical(getattr(record, table))
+    assert again.history(5000.0).identical(record.history(5000.0))
+    again.save(tmp_path / "b.nc")
+    assert wt.load(tmp_path / "b.nc").history(5000.0).identical(record.history(5000.0))
+
+
+def surface(path):
+    x = np.linspace(0.0, 1.0, 201)
+    np.savetxt(path, np.column_stack([x, 1e-4 * np.sin(9.0 * x) ** 2]))
+    return path
+
+
+def worn_rail(path):
+    y = np.linspace(-36.5, 36.5, 293)
+    np.savetxt(path, np.column_stack([y, rail_60e1(y) - 0.1 * np.exp(-((y / 9.0) ** 2))]))
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "change"),
+    [
+        (WHEELSET, lambda path: {"irregularity": wt.Measured(path=surface(path), beyond="flat", start=0.02)}),
+        (WHEELSET, lambda path: {"irregularity": wt.OutOfRound(path=surface(path), noise=1e-6)}),
+        (COACH, lambda path: {"irregularity": {"left": (wt.Measured(path=surface(path), beyond="flat"),)}}),
+        (COACH, lambda path: {"profiles": wt.profiles.WheelRail(rail=worn_rail(path))}),
+    ],
+)
+def test_a_record_holds_the_files_that_its_scenario_names(tmp_path, scenario, change):
+    path = tmp_path / "surface.txt"
+    record = wt.simulate(scenario.replaced(change(path)))
+    path.write_text("something else")  # what was read is kept
+    record.save(tmp_path / "a.nc")
+    path.unlink()
+    again = wt.load(tmp_path / "a.nc")
+    assert again.scenario == record.scenario.with_data()
+    assert again.scenario.with_data() is again.scenario
+    times = np.linspace(0.0, record.end, 50)
+    assert again.at(times).identical(record.at(times))
+    assert wt.simulate(again.scenario).at(times).identical(record.at(times))
+    changed = again.scenario.replaced({"duration": 0.5 * float(record.scenario.duration)})
+    assert wt.simulate(changed).outcome is Outcome.COMPLETED
+
+
+@pytest.mark.parametrize(("change", "said"), [(1e-4, "largest difference to the stored events is"), (0.3, "events")])
+def test_a_history_that_this_version_makes_otherwise_is_marched_again_and_says_so(tmp_path, monkeypatch, change, said):
+    record = wt.simulate(WHEELSET)
+    record.save(tmp_path / "a.nc")
+
+    def stiffer(lowered):
+        numbers = lowered.program.numbers.copy()
+        numbers[contract.CUBIC] *= 1.0 + change
+        return replace(lowered, program=lowered.program._replace(numbers=numbers))
+
+    spoilt(wheel, stiffer, monkeypatch)
+    again = wt.load(tmp_path / "a.nc")
+    assert again.events.identical(record.events)
+    assert again.peaks.identical(record.peaks)
+    with pytest.warns(ModelWarning, match=f"marched again, as the file's march .wheeltapper.* does not fit.*{said}"):
+        history = again.history(5000.0)
+    assert any("marched again" in note for note in again.notes)
+    assert again.events.identical(record.events)
+    assert not history.identical(record.history(5000.0))
+    assert history.identical(wt.simulate(WHEELSET).history(5000.0))
+
+
+def test_an_orbit_on_a_deck_comes_back_on_its_own_path(tmp_path):
+    scenario = wt.Scenario(
+        vehicle=WHEELSET.vehicle, track=wt.FloatingDeck(mass=2e4, stiffness=5e8, damping=2e5), speed=9.0, duration=1.0,
+        contact=wt.Hertz(constant=1.405e11), irregularity=wt.Corrugation(amplitude=1e-5, wavelength=0.05, start=0.0),
+    )  # fmt: skip
+    record = wt.orbits.find(scenario).record
+    record.save(tmp_path / "a.nc")
+    again = wt.load(tmp_path / "a.nc")
+    assert again.history(5000.0).identical(record.history(5000.0))
+
+
+OWN = """
+import sys, wheeltapper as wt
+class Ramp(wt.irregularities.Irregularity):
+    \"\"\"A ramp.\"\"\"
+    example = {"height": 1e-4}
+    height: float = 1e-4
+    def course(self, radius):
+        return wt.CosineBump(height=self.height, length=0.05, start=0.05).course(radius)
+"""
+
+
+def test_a_class_that_the_loading_process_lacks_is_named_and_tables_stay_readable(tmp_path):
+    made = OWN + (
+        "wt.simulate(wt.Scenario(vehicle=wt.Wheelset(mass=1500, load=91307), irregularity=Ramp(), speed=9.0, "
+        "duration=0.02)).save(sys.argv[1])\n"
+    )
+    path = tmp_path / "a.nc"
+    subprocess.run([sys.executable, "-c", made, str(path)], check=True, capture_output=True)
+    with pytest.raises(wt.InputError) as error:
+        wt.load(path)
+    assert "'Ramp'" in str(error.value)
+    assert "xarray.open_dataset" in str(error.value)
+    assert "\n" not in str(error.value)
+    with xr.open_dataset(path, engine="h5netcdf") as opened:
+        assert opened.sizes["peak"] > 0
+    told = OWN + "print(len(wt.load(sys.argv[1]).history(5000.0).time))\n"
+    done = subprocess.run([sys.executable, "-c", told, str(path)], check=True, capture_output=True, text=True)
+    assert int(done.stdout) > 90

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from wheeltapper.ask.study import Study, study_of, value_in_si
-from wheeltapper.describe.profile.wheel_rail import BUILT_IN, WheelRail
+from wheeltapper.describe.profile.file import BUILT_IN
+from wheeltapper.describe.profile.wheel_rail import WheelRail
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
 from wheeltapper.describe.table.content import digest
 from wheeltapper.ground.errors import InputError, with_suggestion
@@ -61,7 +62,8 @@ def file_digests(scenario: Scenario) -> dict[str, str]:
     items = [getattr(item, "of", item) for item in scenario.irregularities]
     names = [item.path for item in items if getattr(item, "path", None) is not None]
     if isinstance(scenario.profiles, WheelRail):
-        names += [name for name in (scenario.profiles.wheel, scenario.profiles.rail) if name not in BUILT_IN]
+        given = [scenario.profiles.wheel, scenario.profiles.rail]
+        names += [name for name in given if isinstance(name, str) and name not in BUILT_IN.values()]
     return {str(name): digest(Path(name)) for name in names}
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,10 @@ class March(Protocol):
 
     def without_force(self, contacts: IntArray) -> NDArray[np.bool_]:
         """Return where some contacts have no force, (steps, contacts)."""
+        ...
+
+    def log(self, program: Any) -> dict[str, FloatArray]:
+        """Return what brings it back by `run.restored` where its program is known: arrays by name."""
         ...
 
     def happened(self) -> list[FloatArray]:

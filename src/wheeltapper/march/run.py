@@ -42,6 +42,7 @@ from wheeltapper.ground.needs import (
     Need,
     rank_of,
 )
+from wheeltapper.march.common.kept import Held
 from wheeltapper.march.common.program import FloatArray, Program
 from wheeltapper.march.common.telling import Tell, report_nothing
 from wheeltapper.march.general.contract import Task
@@ -324,3 +325,14 @@ def march(program: Any, tell: Tell = report_nothing, motion: FloatArray | None =
     """March a program to its end: from its start, or one wheel from a motion, that of the deck included."""
     how = {} if motion is None else {"motion": motion}
     return _kernel_module(program).march(program, tell, **how)
+
+
+def restored(program: Any, status: int, held: Held) -> Any:
+    """Return the march of a program from its `log`, whose names a file puts "march_" before.
+
+    Raises
+    ------
+    InputError
+        If no march of the program can have written it.
+    """
+    return _kernel_module(program).restored(program, status, held)

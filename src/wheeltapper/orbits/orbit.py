@@ -122,7 +122,7 @@ class Orbit(Shown):
         state = np.zeros(len(START))
         state[: len(self.start)] = self.state
         scale = np.array([lowered.length, lowered.length / lowered.time] * 2)
-        march = run.march(lowered.program, motion=state / scale)
+        march = run.march(lowered.program, motion=state / scale).on_its_own_path()
         kind = kind_of(scenario)
         status, missing = judged_balance(march.status, kind.missing_part(scenario, lowered, march))
         record = Record(scenario, self.method, lowered, march._replace(status=status))

@@ -62,10 +62,6 @@ class Kind:
         All variables at rising times (s), in SI units; those of the wheels have the dimension `contact` last.
     integrate
         Impulse of each contact in each step, (steps, contacts), N s, and what returns the balance of energy.
-    tables
-        Tables and attributes of a file that contain the program and the rest of the march.
-    read
-        From a file's contents to both; what no march can have written is refused.
     stops
         The table of the stops that dampers' ends meet (`common.program`), in the march's unit of time, and
         the wheelset of each, from zero.
@@ -84,8 +80,6 @@ class Kind:
     contacts: Callable[[Scenario, Any], Contacts]
     sample: Callable[[Scenario, Any, Any, FloatArray], Variables]
     integrate: Callable[[Scenario, Any, Any], tuple[FloatArray, Callable[[], xr.Dataset]]]
-    tables: Callable[[Any, Any], tuple[dict[str, Any], dict[str, Any]]]
-    read: Callable[[Scenario, xr.Dataset], tuple[Any, Any]]
     stops: Callable[[Any, Any], tuple[FloatArray, NDArray[np.int64]]] = _no_stops
     element_events: Callable[[Scenario, Any, Any], xr.Dataset] = lambda scenario, lowered, march: suspension.no_events()
     seat_events: Callable[[Scenario, Any, Any], dict[str, NDArray[Any]] | None] = lambda scenario, lowered, march: None

@@ -22,7 +22,6 @@ from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.elements.dampers_on_rails import damper_motion, has_ends, stops_met
 from wheeltapper.record.elements.elements_on_rails import element_events, element_motion
 from wheeltapper.record.elements.voids import events_of_voids
-from wheeltapper.record.files.stored_task import read, tables
 from wheeltapper.record.kinds import Kind, Variables
 
 if TYPE_CHECKING:
@@ -127,7 +126,5 @@ ON_RAILS = Kind(
     stops=stops_met,
     element_events=element_events,
     balance_is_dear=True,
-    tables=tables,
-    read=read,
 )
 """Contacts per wheelset, SI units, the motions of the vehicle in the vertical plane."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,13 +14,16 @@ from wheeltapper._version import __version__
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_path, as_quantity, check_choice
 from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.notes import Note
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.progress import progress_shown, report
 from wheeltapper.ground.shown import Shown
+from wheeltapper.ground.warned import warn_of
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.march import March
 from wheeltapper.record import extent
+from wheeltapper.record.again import fits, marched_again, witness
 from wheeltapper.record.arrays import as_array
 from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.contacts import Contacts
@@ -54,18 +57,47 @@ class Record(Shown):
     def __init__(self, scenario: Scenario, method: str, lowered: Any, march: March) -> None:
         self.scenario, self.method = scenario, method
         self._kind, self._lowered = kind_of(scenario), lowered
-        self._march: Any = march  # who reads a track, marks or a file asks more of it than every march offers
+        self._kept_march = march
         self.notes = lowered.notes
+        self._of_file: tuple[str, FloatArray] | None = None
+
+    @classmethod
+    def of_file(
+        cls, scenario: Scenario, method: str, lowered: Any, march: March, notes: tuple[Note, ...], made_by: str,
+        witness: FloatArray,
+    ) -> Self:  # fmt: skip
+        """Return a record from what a file has kept, by whom it was made, and its witness (again.py)."""
+        record = cls(scenario, method, lowered, march)
+        record.notes, record._of_file = notes, (made_by, witness)
+        return record
+
+    @cached_property
+    def _march(self) -> Any:
+        """The march behind everything but tables of events; who reads a track or marks asks for more than `March`."""
+        if self._of_file is None or fits(self._of_file[1], self._new_witness()):
+            return self._kept_march
+        return marched_again(self._lowered, self._kept_march, self._of_file[0], self._say)
+
+    def _say(self, notes: list[Note]) -> None:
+        warn_of(notes)
+        self.notes += tuple(notes)
+
+    def _new_witness(self) -> FloatArray:
+        return witness(self._kind, self.scenario, self._lowered, self._kept_march)
+
+    @property
+    def _witness(self) -> FloatArray:
+        return self._new_witness() if self._of_file is None else self._of_file[1]
 
     @property
     def outcome(self) -> Outcome:
         """Outcome of the computation."""
-        return OUTCOMES[self._march.status]
+        return OUTCOMES[self._kept_march.status]
 
     @property
     def end(self) -> float:
         """End of the computed time, s."""
-        return float(self._march.end * self._lowered.time)
+        return float(self._kept_march.end * self._lowered.time)
 
     @property
     def static_force(self) -> float:
@@ -97,7 +129,7 @@ class Record(Shown):
 
     @cached_property
     def _events(self) -> Columns:
-        rows, units = self._march.events, self._lowered
+        rows, units = self._kept_march.events, self._lowered
         return {
             "time": rows[:, contract.EVENT_TIME] * units.time,
             "kind": rows[:, contract.EVENT_KIND].astype(int),
@@ -107,11 +139,11 @@ class Record(Shown):
 
     @cached_property
     def _seat_events(self) -> Columns | None:
-        return self._kind.seat_events(self.scenario, self._lowered, self._march)
+        return self._kind.seat_events(self.scenario, self._lowered, self._kept_march)
 
     @cached_property
     def _peaks(self) -> Columns:
-        rows, units = self._march.peaks, self._lowered
+        rows, units = self._kept_march.peaks, self._lowered
         return {
             "time": rows[:, contract.PEAK_TIME] * units.time,
             "contact": self._contacts.contact_of_rows(rows),
@@ -126,7 +158,7 @@ class Record(Shown):
 
     def _free_steps(self) -> NDArray[np.bool_]:
         """Return (steps, wheels) where a tread has no contact force."""
-        return np.asarray(self._march.without_force(self._contacts.lanes[: len(self._contacts.static_force)]))
+        return np.asarray(self._kept_march.without_force(self._contacts.lanes[: len(self._contacts.static_force)]))
 
     # -- tables ---------------------------------------------------------------------------------------------------
 
@@ -221,7 +253,7 @@ class Record(Shown):
         Of several wheelsets also the number of the `wheelset`.
         """
         run.choose(run.DAMPER_EVENTS, self.scenario.needs)
-        stops, wheelset = self._kind.stops(self._lowered, self._march)
+        stops, wheelset = self._kind.stops(self._lowered, self._kept_march)
         number = wheelset + 1 if self._contacts.has_several else None
         return damper.stop_events(stops, self._lowered.time, number)
 
@@ -233,7 +265,7 @@ class Record(Shown):
         goes beyond a corner or comes back within it. Of a wagon they are those of its friction elements.
         """
         run.choose(run.SUSPENSION_EVENTS, self.scenario.needs)
-        return self._kind.element_events(self.scenario, self._lowered, self._march)
+        return self._kind.element_events(self.scenario, self._lowered, self._kept_march)
 
     # -- the dense solution -----------------------------------------------------------------------------------------
 
@@ -348,13 +380,13 @@ class Record(Shown):
     @property
     def time_in_air(self) -> float:
         """Total time without contact force, s; of a wagon the sum over all wheels."""
-        lengths = self._march.spans[:, 1] * self._lowered.time
+        lengths = self._kept_march.spans[:, 1] * self._lowered.time
         return float(lengths @ self._free_steps().sum(axis=1))
 
     def _impacts_and_ratio(self) -> tuple[int, float | None]:
         """Return the number of impacts, and the ratio of the largest to the static force."""
-        forces = self._march.peaks[:, contract.PEAK_FORCE] * self._lowered.force
-        impacts = int((self._march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())
+        forces = self._kept_march.peaks[:, contract.PEAK_FORCE] * self._lowered.force
+        impacts = int((self._kept_march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())
         return impacts, (float(forces.max() / self.static_force) if len(forces) else None)
 
     def __str__(self) -> str:

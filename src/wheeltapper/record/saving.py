@@ -1,8 +1,9 @@
-"""Records on disk: netCDF that opens in plain xarray, and contains the dense solution."""
+"""Records on disk: netCDF that opens in plain xarray, and from which the dense solution comes back."""
 
 from __future__ import annotations
 
 import json
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,12 +22,19 @@ from wheeltapper.record.own_law import stored_law
 if TYPE_CHECKING:
     from wheeltapper.record.record import Record
 
+LOG = "march_"
+"""What stands before the names of a march's log."""
+
 
 def save(record: Record, path: Path) -> None:
-    """Write a record as netCDF; its tables have the axis `contact`, which `contact_wheelset` and the like name."""
+    """Write a record as netCDF; its tables have the axis `contact`, which `contact_wheelset` and the like name.
+
+    The file holds the scenario with the contents of all files that it names, and the march's log: lowering the scenario
+    again gives the program back.
+    """
     import xarray as xr
 
-    march, contacts = record._march, record._contacts
+    march, contacts = record._kept_march, record._contacts
     events = record.events.drop_vars(contacts.axis_names | {"surface": 0}, errors="ignore")
     events = events.rename(time="event_time", contact="event_contact")
     events["kind"] = flag_variable("event", events.kind.values, EVENT_KINDS)
@@ -40,22 +48,20 @@ def save(record: Record, path: Path) -> None:
         "contact_side": flag_variable("contact", named["side"], SIDES),
         "contact_surface": flag_variable("contact", named["surface"], SURFACES),
         "static_force": ("contact", static, attributes_of("static_force", contacts.has_sides)),
-        "march_steps": (("step", "step_column"), march.steps),
-        "march_events": (("march_event", "event_column"), march.events),
-        "march_peaks": (("peak", "peak_column"), march.peaks),
-        "march_state": (("state",), march.state),
+        "witness": (("witness_time", "wheel"), record._witness),
     }
-    special, more = record._kind.tables(record._lowered, march)
-    tables |= special
+    for name, values in march.log(record._lowered.program).items():
+        tables[LOG + name] = tuple(f"{LOG}{name}_{axis}" for axis in range(values.ndim)), values
+    scenario = scenario_text(record.scenario)
     attributes: dict[str, Any] = {
         "format": FORMAT,
         "title": "wheeltapper record",
         "outcome": record.outcome.name,
         "status": march.status,
         "summary": str(record),
-        "scenario": _scenario_text(record.scenario),
+        "scenario": scenario,
+        "inputs": digest_of_inputs(scenario, record.method),
         "notes": json.dumps(list(record.notes)),
-        **more,
         **record.provenance,
     }
     parts = [events, peaks, xr.Dataset(tables)]
@@ -65,8 +71,8 @@ def save(record: Record, path: Path) -> None:
         parts.append(suspension.stored_events(record.suspension_events))
     data = xr.merge(parts, combine_attrs="override").assign_attrs(attributes)
     energy = record._known_energy
-    for name, value in (energy.data_vars if energy is not None else {}).items():
-        data[f"energy_{name}"] = value
+    for share, value in (energy.data_vars if energy is not None else {}).items():
+        data[f"energy_{share}"] = value
     try:
         data.to_netcdf(path, engine="h5netcdf")
     except OSError as error:
@@ -75,12 +81,21 @@ def save(record: Record, path: Path) -> None:
         ) from error
 
 
-def _scenario_text(scenario: Scenario) -> str:
-    """Return the scenario as JSON, or its printed form if it holds a Python function that is no contact's law."""
+def scenario_text(scenario: Scenario) -> str:
+    """Return the scenario as JSON, or its printed form if it holds a Python function that is no contact's law.
+
+    The contents of files stand in place of their paths.
+    """
     law = scenario.contact if isinstance(scenario.contact, Law) else None
     try:
-        plain = scenario if law is None else scenario.model_copy(update={"contact": None})
+        whole = scenario.with_data()
+        plain = whole if law is None else whole.model_copy(update={"contact": None})
         own = {} if law is None else {"contact": stored_law(law)}
         return json.dumps(plain.model_dump(mode="json") | own)
     except ValueError:
         return repr(scenario)
+
+
+def digest_of_inputs(scenario: str, method: str) -> str:
+    """Return the identity of a record: a digest of what it was made of, and of the file's format."""
+    return sha256(json.dumps([FORMAT, method, scenario]).encode()).hexdigest()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,19 +12,25 @@ from wheeltapper.describe.scenario import Scenario, toml_table
 from wheeltapper.describe.site import Site
 from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.ground.arguments import as_path, as_quantity
+from wheeltapper.ground.contents import UNDAMAGED, rising, table
 from wheeltapper.ground.errors import InputError, brief
+from wheeltapper.march import run
+from wheeltapper.record.again import WITNESSES
 from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.contacts import SIDES
 from wheeltapper.record.files.chart_store import load_chart
 from wheeltapper.record.files.checksum import is_damaged
-from wheeltapper.record.files.stored import UNDAMAGED, method_of, notes, rising, table, version_of
+from wheeltapper.record.files.stored import FORMAT, method_of, notes, status_of, version_of
 from wheeltapper.record.labels import BRANCH_TITLE, WEAR_TITLE
 from wheeltapper.record.own_law import law_again
 from wheeltapper.record.record import Record
 from wheeltapper.record.recordings.arrays import check_hdf5
+from wheeltapper.record.saving import digest_of_inputs
 
 LOADED = ".toml (a scenario or a site), .nc (a record) or .zarr (a chart)"
 """What `load` takes, for messages."""
+TABLES_OPEN = 'the tables of events open with xarray.open_dataset(path, engine="h5netcdf")'
+"""What can still be read of a record whose scenario cannot, for messages."""
 RECORD = "a record saved by wheeltapper"
 """What a netCDF file must be, for messages."""
 
@@ -81,11 +88,24 @@ def _load_record(path: Path, law: Any, largest: float) -> Any:
         return check_wear(data)
     if data.attrs.get("title") == BRANCH_TITLE:
         return check_branch(data)
-    if data.attrs.get("format") is None or "march_steps" not in data:
+    if data.attrs.get("format") is None or "march_events" not in data:
         raise InputError("", "", "a file that wheeltapper did not write", RECORD)
-    version_of(data)
-    scenario = _scenario_of(data, law)
-    return Record(scenario, method_of(data), *kind_of(scenario).read(scenario, data))
+    version, scenario, method = version_of(data), _scenario_of(data, law), method_of(data)
+    if version < FORMAT:
+        from wheeltapper.record.files.earlier import read
+
+        lowered, march = read(scenario, data)
+        record = Record(scenario, method, lowered, march)
+        record.notes = notes(data)
+        return record
+    if data.attrs.get("inputs") != digest_of_inputs(str(data.attrs["scenario"]), method):
+        raise InputError("", "scenario", "another one than that of the record", UNDAMAGED)
+    status, said = status_of(data), notes(data)
+    lowered = kind_of(scenario).lower(scenario, method)
+    march = run.restored(lowered.program, status, {name: data[name].values for name in map(str, data.variables)})
+    kept = table(data, "witness", WITNESSES, None, anything=True, ends=True)
+    made_by = ", ".join(f"{name} {data.attrs.get(name, 'unknown')}" for name in ("wheeltapper", "numba", "numpy"))
+    return Record.of_file(scenario, method, lowered, march, said, made_by, kept)
 
 
 def _scenario_of(data: Any, law: Any = None) -> Scenario:
@@ -100,10 +120,14 @@ def _scenario_of(data: Any, law: Any = None) -> Scenario:
             raise InputError("", "law", "a function", "none, as this record's contact is no `Law`")
         return Scenario.of(table)
     except InputError as error:
-        raise InputError("", f"scenario, {error.field}", error.found, error.allowed) from None
+        own = error.field.endswith("type")  # perhaps of a class that is not defined here
+        allowed = f"{error.allowed}; or its class, defined before loading; {TABLES_OPEN}" if own else error.allowed
+        raise InputError("", f"scenario, {error.field}", error.found, allowed) from None
     except (ValueError, RecursionError):
-        found = "a Python function, which a file cannot hold" if text.startswith("Scenario(") else repr(text[:60])
-        raise InputError("", "scenario", found, "a scenario without a Profile") from None
+        name = re.search(r"<function (\S+)", text)
+        found = f"a Python function{f' ({name[1]})' if name else ''}, which a file cannot hold"
+        found = found if text.startswith("Scenario(") else repr(text[:60])
+        raise InputError("", "scenario", found, f"a scenario without a Profile; {TABLES_OPEN}") from None
 
 
 def check_branch(data: Any) -> Any:

@@ -90,6 +90,13 @@ class Measured(Irregularity):
         given = {name: getattr(self, name) for name in type(self).model_fields}  # a copy would keep the old samples
         return Measured(**given | {"start": float(self.samples[0][0]) + distance})
 
+    def with_data(self) -> Measured:
+        """Return the same with the samples in place of the file."""
+        if self.path is None:
+            return self
+        x, y = (tuple(column.tolist()) for column in self.samples)
+        return self.model_copy(update={"path": None, "columns": None, "start": None, "positions": x, "heights": y})
+
     def span_given(self, end: float) -> float:
         """Return the span of the samples' heights."""
         return float(np.ptp(self.samples[1]))

@@ -90,6 +90,13 @@ class OutOfRound(Irregularity):
         """The spline near the samples, for each radius in use."""
         return {}
 
+    def with_data(self) -> OutOfRound:
+        """Return the same with the samples in place of the file."""
+        if self.path is None:
+            return self
+        x, y = (tuple(column.tolist()) for column in self.samples)
+        return self.model_copy(update={"path": None, "columns": None, "places": x, "deviations": y})
+
     def shortest_wave(self, radius: float) -> float | None:
         """Return the wave of the highest order; of measured deviations it is not known."""
         return 2.0 * pi * radius / max(self.orders) if self.orders else None

@@ -31,28 +31,24 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity import spline
 from wheeltapper.describe.irregularity.samples import converted_values
+from wheeltapper.describe.profile.file import PLAIN, Kind, ProfileFile, numbered_profile, read_profile
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import FLANGE_BACK, s1002
-from wheeltapper.describe.table.content import decoded_text, file_content, numbered_lines
+from wheeltapper.describe.table.content import numbered_lines
 from wheeltapper.describe.table.text import text_table
 from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
 Shape = Callable[[FloatArray], FloatArray]
 """A profile: from lateral positions to heights, both in mm; NaN beyond its ends."""
-Kind = Literal["wheel", "rail"]
 Lines = list[tuple[int, str]]
 
-BUILT_IN = {"wheel": "S1002", "rail": "60E1"}
-OWNER: dict[str, Kind] = {".prw": "wheel", ".whl": "wheel", ".prr": "rail", ".ban": "rail"}
-PLAIN = (".txt", ".dat", ".csv")
 FEWEST = 10
 """Smallest number of points of a profile."""
 WIDTH = {"wheel": (80.0, 200.0), "rail": (40.0, 120.0)}
@@ -86,14 +82,14 @@ class Outline:
     noise: float = 0.0
 
 
-def wheel_profile(name_or_path: str) -> Shape:
+def wheel_profile(name_or_path: str | ProfileFile) -> Shape:
     """Return the profile of a wheel.
 
     Parameters
     ----------
     name_or_path
         "S1002"; or a file: two columns (.txt, .dat, .csv), MiniProf (.whl, .mpt) or SIMPACK (.prw). One of several
-        profiles in a file is "worn.mpt#2".
+        profiles in a file is "worn.mpt#2". Or a file that is read already.
 
     Returns
     -------
@@ -108,17 +104,18 @@ def wheel_profile(name_or_path: str) -> Shape:
     InputError
         The file is missing, unreadable, a rail's, mirrored, in another unit or not from the tread datum.
     """
-    return s1002 if name_or_path == BUILT_IN["wheel"] else _from_file(Path(name_or_path), "wheel")
+    given = read_profile(name_or_path, "wheel")
+    return _from_file(given, "wheel") if isinstance(given, ProfileFile) else s1002
 
 
-def rail_profile(name_or_path: str) -> Shape:
+def rail_profile(name_or_path: str | ProfileFile) -> Shape:
     """Return the profile of an upright rail.
 
     Parameters
     ----------
     name_or_path
         "60E1"; or a file: two columns (.txt, .dat, .csv), MiniProf (.ban, .mpt) or SIMPACK (.prr). One of several
-        profiles in a file is "worn.mpt#2".
+        profiles in a file is "worn.mpt#2". Or a file that is read already.
 
     Returns
     -------
@@ -132,17 +129,18 @@ def rail_profile(name_or_path: str) -> Shape:
     InputError
         The file is missing, unreadable, a wheel's, mirrored, in another unit or not as deep as the gauge point.
     """
-    return rail_60e1 if name_or_path == BUILT_IN["rail"] else _from_file(Path(name_or_path), "rail")
+    given = read_profile(name_or_path, "rail")
+    return _from_file(given, "rail") if isinstance(given, ProfileFile) else rail_60e1
 
 
-def _from_file(path: Path, kind: Kind) -> Shape:
+def _from_file(file: ProfileFile, kind: Kind) -> Shape:
     """Return the function through a file's points; every error names the file."""
     try:
-        outline = _file_outline(path, kind)
+        outline = _file_outline(file, kind)
         _check_size(outline, kind)
         return _profile_curve(*(_wheel_points(outline) if kind == "wheel" else _rail_points(outline)), outline.noise)
     except InputError as error:
-        raise error.at(str(path)) from None
+        raise error.at(file.name) from None
 
 
 def _profile_curve(y: FloatArray, z: FloatArray, noise: float) -> Shape:
@@ -157,26 +155,16 @@ def _profile_curve(y: FloatArray, z: FloatArray, noise: float) -> Shape:
     return height_at
 
 
-def _file_outline(path: Path, kind: Kind) -> Outline:
+def _file_outline(file: ProfileFile, kind: Kind) -> Outline:
     """Return the points of a file; its format follows from its suffix, or from its text."""
-    number = 0
-    if not path.is_file() and (several := re.fullmatch(r"(.+\.mpt)#(\d+)", path.name, re.IGNORECASE)):
-        path, number = path.with_name(several[1]), int(several[2])
-    suffix = path.suffix.lower()
-    own = [name for name, owner in OWNER.items() if owner == kind]
-    known = f"{BUILT_IN[kind]!r}, or a file with the suffix {', '.join((*PLAIN, *own, '.mpt'))}"
-    if OWNER.get(suffix, kind) != kind:
-        raise InputError("", kind, f"the file of a {OWNER[suffix]} ({suffix})", known)
-    if not path.is_file():
-        raise InputError("", kind, "no such file", known)
-    if suffix not in (*PLAIN, *OWNER, ".mpt"):
-        raise InputError("", kind, f"a file with the suffix {suffix!r}", known)
-    text = decoded_text(file_content(path))
+    path = Path(file.name)
+    name, number = (path.name, 0) if path.is_file() else numbered_profile(path.name)
+    suffix, text = Path(name).suffix.lower(), file.text
     lines = [(number, line.strip()) for number, line in numbered_lines(text)]
     if suffix in (".prw", ".prr") or re.search(r"^\s*point\.begin", text, re.MULTILINE):
         return _simpack_outline(lines, kind)
     if suffix not in PLAIN or re.search(r"^(XYPoints|ColumnDef)\s*=", text, re.MULTILINE | re.IGNORECASE):
-        return _miniprof_outline(_of_one_profile(lines, path.name, number), kind)
+        return _miniprof_outline(_of_one_profile(lines, name, number), kind)
     return _two_columns(lines)
 
 

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Literal
 
 from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import Length, Noun, PositiveLength
+from wheeltapper.describe.profile.file import ProfileFile, read_profile
 from wheeltapper.ground.errors import InputError
-
-BUILT_IN = ("S1002", "60E1")
-"""Profiles that need no file."""
 
 
 class Profiles(Noun, abstract=True):
     """The surfaces of wheels and rails."""
+
+    @property
+    def files(self) -> tuple[str | ProfileFile, ...]:
+        """Profiles that are no formula, with the contents of their files."""
+        return ()
 
 
 class WheelRail(Profiles):
@@ -24,6 +28,7 @@ class WheelRail(Profiles):
     ----------
     wheel
         "S1002", or a file with the profile: two columns in mm (.txt, .dat, .csv), MiniProf (.whl) or SIMPACK (.prw).
+        It is read when it is first needed; a new object reads it again. Or a `ProfileFile` with its contents.
     rail
         "60E1", or a file with the profile: two columns in mm, MiniProf (.ban) or SIMPACK (.prr).
     inclination
@@ -37,8 +42,8 @@ class WheelRail(Profiles):
         jumps of the contact between rigid profiles. The guide on wagons describes its effect on rolling radii.
     """
 
-    wheel: str = "S1002"
-    rail: str = "60E1"
+    wheel: str | ProfileFile = "S1002"
+    rail: str | ProfileFile = "60E1"
     inclination: float = Field(default=0.025, ge=0, le=0.2)
     gauge: PositiveLength = 1.435
     flange_backs: PositiveLength = 1.360
@@ -52,6 +57,16 @@ class WheelRail(Profiles):
         if not 1e-7 <= self.smoothing <= 1e-3:
             raise InputError("", "smoothing", f"{self.smoothing:g} m", "0.1 µm to 1 mm")
         return self
+
+    @cached_property
+    def files(self) -> tuple[str | ProfileFile, ...]:
+        """Profile of the wheel and of the rail, files with their contents."""
+        return read_profile(self.wheel, "wheel"), read_profile(self.rail, "rail")
+
+    def with_data(self) -> WheelRail:
+        """Return the same with the contents of the files."""
+        wheel, rail = self.files
+        return self if self.files == (self.wheel, self.rail) else self.model_copy(update={"wheel": wheel, "rail": rail})
 
 
 class Cones(Profiles):

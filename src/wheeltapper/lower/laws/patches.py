@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -14,9 +13,9 @@ from wheeltapper.describe.contact.elastic import ElasticContact
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.contact.linear import Linear
+from wheeltapper.describe.profile.file import ProfileFile
 from wheeltapper.describe.profile.files import rail_profile, wheel_profile
-from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Cones, WheelRail
-from wheeltapper.describe.table.content import digest
+from wheeltapper.describe.profile.wheel_rail import Cones, WheelRail
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.laws.ellipse import contact_constant, semi_axes
 from wheeltapper.lower.laws.geometry import Geometry, contact_geometry
@@ -42,18 +41,12 @@ def geometry_of(profiles: WheelRail | Cones, radius: float, crown: float, surfac
     `crown` is the transverse radius of rails that cones roll on, m; others have a profile instead.
     """
     crown = crown if isinstance(profiles, Cones) else 0.0
-    return _cached_geometry(profiles, _profile_digests(profiles), radius, crown, surface)
-
-
-def _profile_digests(profiles: WheelRail | Cones) -> tuple[str, ...]:
-    """Return digests of the files of profiles, because a file may change under the same name."""
-    names = () if isinstance(profiles, Cones) else (profiles.wheel, profiles.rail)
-    return tuple(digest(Path(name)) for name in names if name not in BUILT_IN)
+    return _cached_geometry(profiles, profiles.files, radius, crown, surface)
 
 
 @lru_cache(maxsize=16)
 def _cached_geometry(
-    profiles: WheelRail | Cones, contents: tuple[str, ...], radius: float, crown: float, surface: Surface
+    profiles: WheelRail | Cones, files: tuple[str | ProfileFile, ...], radius: float, crown: float, surface: Surface
 ) -> Geometry:
     u = np.linspace(-WIDTH, WIDTH, NODES)
     if isinstance(profiles, Cones):
@@ -62,7 +55,7 @@ def _cached_geometry(
         moved = 0.0 if profiles.moving_with == "wheel" else 1.0
         return Geometry(u, slope * moved * u, place, radius + slope * moved * u, np.full_like(u, 0.5 / crown))
     return contact_geometry(
-        wheel_profile(profiles.wheel), rail_profile(profiles.rail), inclination=profiles.inclination,
+        wheel_profile(files[0]), rail_profile(files[1]), inclination=profiles.inclination,
         gauge=profiles.gauge, flange_backs=profiles.flange_backs, radius=radius, smoothing=profiles.smoothing,
         shifts=u, surface=surface,
     )  # fmt: skip
@@ -92,15 +85,15 @@ def patch_tables(
     On a flange, which is steep, indentations and forces are components along z. The ellipse and the force of Hertz
     refer to the inclined plane of contact.
     """
-    return _patch_tables(profiles, _profile_digests(profiles), contact, radius, surface)
+    return _patch_tables(profiles, profiles.files, contact, radius, surface)
 
 
 @lru_cache(maxsize=16)
 def _patch_tables(
-    profiles: WheelRail | Cones, contents: tuple[str, ...], contact: Contact, radius: float, surface: Surface
+    profiles: WheelRail | Cones, files: tuple[str | ProfileFile, ...], contact: Contact, radius: float, surface: Surface
 ) -> FloatArray:
     elastic = elastic_of(contact)
-    geometry = _cached_geometry(profiles, contents, radius, elastic.rail_radius, surface)
+    geometry = _cached_geometry(profiles, files, radius, elastic.rail_radius, surface)
     young, poisson = elastic.youngs_modulus, elastic.poisson
     cosine = np.ones_like(geometry.shift)
     if surface == "flange":

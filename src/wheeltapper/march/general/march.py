@@ -79,6 +79,14 @@ class Prepared(NamedTuple):
     motion: Motion
     stretches: tuple[Stretch, ...] = ()
 
+    def on_paths(self, pieces: list[FloatArray]) -> Prepared:
+        """Return the system on new paths of the wheels, which go on to their ends without a loop."""
+        contacts = self.system.contacts
+        new = tuple(one._replace(pieces=own, loop=len(own)) for one, own in zip(contacts, pieces, strict=False))
+        system = self.system._replace(contacts=new + contacts[len(new) :])
+        table, ends = path_tables(system)
+        return self._replace(system=system, data=self.data._replace(pieces=table, ends=ends))
+
     def in_stretch(self, number: int) -> Prepared:
         """Return what holds in a stretch, as if it held all the time."""
         one = self.stretches[number]
@@ -857,14 +865,9 @@ def _pass_change(prepared: Prepared, stretch: int, motion: Motion) -> FloatArray
 
 
 def _over(prepared: Prepared, pieces: list[FloatArray], motion: Motion, done: int) -> Prepared:
-    """Return a system on new paths that are the same so far, after some macro steps; the wheels' pieces are renumbered.
-
-    Paths go on to their ends without a loop.
-    """
-    system, wheels = prepared.system, len(pieces)
-    new = tuple(one._replace(pieces=own, loop=len(own)) for one, own in zip(system.contacts, pieces, strict=False))
-    system = system._replace(contacts=new + system.contacts[wheels:])
-    table, ends = path_tables(system)
+    """Return a system on new paths that are the same so far, after some macro steps; wheels' pieces are renumbered."""
+    over, wheels = prepared.on_paths(pieces), len(pieces)
+    system, ends = over.system, over.data.ends
     rolled = system.speed * float(prepared.grid.times(np.array(done)))
     near = 1e-9 * system.speed * prepared.grid.longest
     for i, (state, contact) in enumerate(zip(motion.contacts, system.contacts, strict=True)):
@@ -878,7 +881,7 @@ def _over(prepared: Prepared, pieces: list[FloatArray], motion: Motion, done: in
             state[layout.SHIFT_NOW] = 0.0
         else:
             state[layout.PIECE_NOW] += own - prepared.data.ends[i, layout.TABLE_BEGIN]
-    return prepared._replace(system=system, data=prepared.data._replace(pieces=table, ends=ends))
+    return over
 
 
 def _used(logs: Logs, first: int) -> Logs:

@@ -8,14 +8,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.march.common import happened
+from wheeltapper.ground.contents import UNDAMAGED, check, check_whole, table
+from wheeltapper.ground.errors import InputError
+from wheeltapper.march.common import happened, kept
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.common.telling import Tell, report_nothing
 from wheeltapper.march.general import contract as general
-from wheeltapper.march.general import ensemble, integrals, replay
+from wheeltapper.march.general import ensemble, integrals, layout, replay
 from wheeltapper.march.general.contract import Marking, Task
-from wheeltapper.march.general.march import Found, march_task
+from wheeltapper.march.general.march import Found, march_task, prepare
+from wheeltapper.march.general.records import Logs
+from wheeltapper.march.general.stepping import MODES_EVERY
 
 if TYPE_CHECKING:
     from wheeltapper.march.general.gradients import Tangents
@@ -141,6 +145,18 @@ class Marched(NamedTuple):
         """Let a memory of rails take what the wheels have done."""
         marking.press(self.found)
 
+    def log(self, task: Task) -> dict[str, FloatArray]:
+        """Return what brings this march back where its task is known."""
+        logs, wheels = self.found.logs, self.system.wheels
+        held = {name: getattr(logs, name) for name in LOGGED} | {"events": self.events, "peaks": self.peaks}
+        held["steps_made"] = np.array([float(self.found.steps)])
+        if self.system.ports:
+            held["seat_events"] = self.seat_events
+        if any(one.pieces is not own.pieces for one, own in zip(wheels, task.system.wheels, strict=True)):
+            held["pieces"] = np.vstack([one.pieces for one in wheels])
+            held["pieces_of"] = np.repeat(np.arange(float(len(wheels))), [len(one.pieces) for one in wheels])
+        return held
+
     def happened(self) -> list[FloatArray]:
         """Return what happens to each wheel, ends of a deck among it, and to each contact that stays, in its order."""
         stays = happened.by_contact(self.seat_events, contract.EVENT_KIND, contract.EVENT_RATE)
@@ -236,3 +252,65 @@ def _free(events: FloatArray, contact: int) -> NDArray[np.bool_]:
     changes[own + 1] = np.where(losses, 1, -1)
     changes[0] = len(own) > 0 and not losses[0]
     return np.cumsum(changes) > 0
+
+
+LOGGED = ("rows", "gaps", "moments", "bodies", "modes")
+"""Logs that bring a march back."""
+
+
+def restored(task: Task, status: int, held: kept.Held) -> Marched:
+    """Return the march of a task whose log a file has kept; refuse what no march can have written."""
+    prepared = prepare(task.system, task.method, None, task.duration, even=EVEN in held)
+    if "march_pieces" in held:
+        prepared = prepared.on_paths(_paths_of(held, task.system))
+    steps = int(table(held, "march_steps_made", 1)[0])
+    contacts, q, states = len(task.system.contacts), task.method.nodes, prepared.tables.bodies_step.shape[1]
+    known = len(range(0, steps, MODES_EVERY))
+    shapes = {
+        "rows": (None, layout.ROW_COLUMNS), "gaps": (steps, contacts, q), "moments": (steps, contacts, q),
+        "bodies": (steps, states), "modes": (known, 2, prepared.tables.decay.shape[2]),
+    }  # fmt: skip
+    rows, gaps, moments, bodies, modes = (table(held, f"march_{name}", *shapes[name]) for name in LOGGED)
+    _check_rows(rows, steps, contacts, {1, q, task.method.careful_nodes})
+    logs = Logs(rows, np.empty((0, 0)), np.empty((0, 0)), gaps, moments, bodies, modes, np.zeros(4, np.int64))
+    wheels, ports = np.arange(len(task.system.wheels)), np.arange(len(task.system.ports))
+    events = kept.rows_of(held, "march_events", task.duration, contacts=wheels, latest=contract.YIELD)
+    peaks = kept.rows_of(held, "march_peaks", task.duration, contacts=wheels)
+    seated = np.empty((0, contract.EVENT_COLUMNS))
+    if len(ports):
+        seated = kept.rows_of(held, "march_seat_events", task.duration, contacts=ports, latest=contract.IMPACT)
+    found = Found(prepared, status, steps, events, np.empty((0, 4)), logs)
+    return marched_of(task, found)._replace(peaks=peaks, seat_events=seated)
+
+
+EVEN = "march_even"
+"""In the log of a version whose macro steps were all equal, wherever wheels pass seats."""
+
+
+def _paths_of(held: kept.Held, system: general.System) -> list[FloatArray]:
+    """Return the paths of the wheels as a march has left them."""
+    pieces = table(held, "march_pieces", None, system.wheels[0].pieces.shape[1], ends=True)
+    kept.check_pieces("march_pieces", pieces)
+    own = table(held, "march_pieces_of", len(pieces))
+    paths = [pieces[own == wheel] for wheel in range(len(system.wheels))]
+    whole = np.isin(own, np.arange(len(paths))) & (np.diff(own, prepend=0.0) >= 0.0) & all(map(len, paths))
+    check("march_pieces_of", own, whole, "rising numbers of all wheels")
+    return paths
+
+
+def _check_rows(rows: FloatArray, steps: int, contacts: int, counts: set[int]) -> None:
+    """Refuse logged parts that do not follow each other, or whose nodes do not exist."""
+    check_whole("march_rows", rows[:, layout.ROW_STEP], 0, steps - 1)
+    check_whole("march_rows", rows[:, layout.ROW_CONTACT], 0, contacts - 1)
+    check_whole("march_rows", rows[:, layout.ROW_MAP], layout.EVENLY, layout.IMPACT_TO_LOSS)
+    nodes = rows[:, layout.ROW_NODES]
+    check("march_rows", nodes, np.isin(nodes, list(counts)), f"nodes among {sorted(counts)}")
+    for contact in range(contacts):
+        own = rows[rows[:, layout.ROW_CONTACT] == contact]
+        begins = own[:, layout.ROW_STEP] + own[:, layout.ROW_FROM]
+        ends = own[:, layout.ROW_STEP] + own[:, layout.ROW_TO]
+        follows = np.abs(np.append(begins[1:], float(steps)) - ends) <= 1e-9 * steps + 1e-9
+        check("march_rows", ends, follows & (ends > begins), "parts that follow each other")
+        check("march_rows", begins[:1], begins[:1] == 0.0, "a first part at zero")
+        if not len(own):
+            raise InputError("", "march_rows", f"nothing of contact {contact}", UNDAMAGED)

@@ -1,4 +1,4 @@
-"""Checks of the contents of a file before a kernel uses them: shapes, finite numbers, indices in their ranges."""
+"""What every file says of itself: its format, its method, its notes, why the march ended."""
 
 from __future__ import annotations
 
@@ -6,24 +6,19 @@ import json
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from wheeltapper._version import __version__
+from wheeltapper.ground.contents import UNDAMAGED
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.numbers import METHODS
-from wheeltapper.march.common import program as contract
 from wheeltapper.record.kinds import OUTCOMES
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
-FORMAT = 2
-"""Version of the layout of a record's file. A newer file is refused. Since version 2 a file names its contacts."""
-UNDAMAGED = "a file as wheeltapper wrote it"
-"""What a file must be, for messages."""
+FORMAT = 3
+"""Version of the layout of a record's file; a newer file is refused. Since version 2 a file names its contacts, since
+version 3 it holds what a march was made of and its log, and no program."""
 
 
 def check_format(version: Any, newest: int) -> int:
@@ -35,60 +30,6 @@ def check_format(version: Any, newest: int) -> int:
     if number > newest:
         raise InputError("", "format", str(number), f"at most {newest}; wheeltapper {__version__} cannot read it")
     return number
-
-
-def table(
-    data: xr.Dataset, name: str, *shape: int | Iterable[int] | None, ends: bool = False, anything: bool = False
-) -> FloatArray:
-    """Return a variable as numbers.
-
-    Parameters
-    ----------
-    data
-        The file's contents.
-    name
-        Name of the variable.
-    *shape
-        The length of each of its axes, or the lengths that it may have; None: any.
-    ends
-        Whether it may hold infinities.
-    anything
-        Whether it may also hold NaN.
-    """
-    if name not in data.variables:
-        raise InputError("", name, "nothing", UNDAMAGED)
-    values = data[name].values
-    allowed = [None if n is None else [n] if isinstance(n, int) else list(n) for n in shape]
-    fits = len(values.shape) == len(allowed) and all(
-        lengths is None or n in lengths for n, lengths in zip(values.shape, allowed, strict=True)
-    )
-    if not fits or values.dtype.kind not in "fiu":
-        text = " x ".join("any" if n is None else " or ".join(map(str, n)) for n in allowed)
-        raise InputError("", name, f"{values.dtype} of shape {values.shape}", f"numbers, {text}")
-    numbers = np.ascontiguousarray(values, dtype=float)
-    bad = np.isnan(numbers) if ends else ~np.isfinite(numbers)
-    check(name, numbers, ~bad | anything, "no NaN" if ends else "finite numbers")
-    return numbers
-
-
-def check(name: str, values: NDArray[Any], good: NDArray[np.bool_] | bool, allowed: str) -> None:
-    """Refuse values unless all are good, naming the first that is not."""
-    good = np.broadcast_to(good, np.shape(values))
-    if not good.all():
-        place = np.argwhere(~good)[0].tolist()
-        raise InputError("", name, f"{np.asarray(values)[tuple(place)]:.9g} at {place}", f"{allowed}; {UNDAMAGED}")
-
-
-def check_whole(name: str, values: NDArray[Any], low: float, high: float) -> None:
-    """Refuse values that are no whole numbers from low to high."""
-    good = (np.rint(values) == values) & (values >= low) & (values <= high)
-    check(name, np.asarray(values), good, f"whole numbers from {low:g} to {high:g}")
-
-
-def rising(name: str, values: FloatArray, end: float) -> None:
-    """Refuse times that fall, or lie outside a run."""
-    within = (values >= 0.0) & (values <= end * (1.0 + 1e-9))
-    check(name, values, within & (np.diff(values, prepend=0.0) >= 0.0), f"rising times from 0 to {end:.6g}")
 
 
 def stored_attribute(data: xr.Dataset, name: str, kind: type) -> Any:
@@ -132,26 +73,3 @@ def version_of(data: xr.Dataset) -> int:
 def status_of(data: xr.Dataset) -> int:
     """Return why the march ended."""
     return int(stored_choice(data, "status", int, OUTCOMES))
-
-
-def steps_of(data: xr.Dataset, columns: int, begin: int, end: float) -> FloatArray:
-    """Return the steps of a march, at least one; they begin at rising times."""
-    steps = table(data, "march_steps", None, columns)
-    if len(steps) == 0:
-        raise InputError("", "march_steps", "no steps", UNDAMAGED)
-    rising("march_steps", steps[:, begin], end)
-    return steps
-
-
-def check_pieces(name: str, pieces: FloatArray) -> None:
-    """Refuse pieces of a path without a length, or whose degrees are beyond their columns."""
-    degrees = {contract.DEGREE: 0, contract.FACTOR_DEGREE: -1}
-    if pieces.shape[1] == contract.MARKED_COLUMNS:
-        degrees |= {contract.RESIDUAL_DEGREE: -1, contract.BEARS_DEGREE: -1}
-    for column, low in degrees.items():
-        check_whole(name, pieces[:, column], low, contract.MAX_DEGREE)
-    check_whole(name, pieces[:, contract.JOIN], contract.SOFT, contract.JUMP)
-    check(name, pieces[:, contract.SCALE], pieces[:, contract.SCALE] > 0.0, "positive scales")
-    check(name, pieces[:, contract.STOP], pieces[:, contract.STOP] > pieces[:, contract.START], "pieces with a length")
-    others = np.delete(pieces, [contract.START, contract.STOP], axis=1)
-    check(name, others, np.isfinite(others), "finite numbers")

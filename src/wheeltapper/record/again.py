@@ -1,0 +1,50 @@
+"""A loaded record's march: whether its log fits what this version makes of the scenario; else it is marched again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.notes import Note
+from wheeltapper.march import run
+from wheeltapper.march.common import program as contract
+from wheeltapper.march.march import March
+from wheeltapper.record.kinds import Kind
+
+FloatArray = NDArray[np.float64]
+WITNESSES = 33
+"""Times over a run at which a file keeps the contact forces."""
+SAME = 1e-7
+"""Largest difference of these forces, over the largest one: other processors round in other ways."""
+
+
+def witness(kind: Kind, scenario: Scenario, lowered: Any, march: March) -> FloatArray:
+    """Return contact forces over the run, (times, wheels), N: what a log fits to shows the same again."""
+    shares = (np.arange(WITNESSES) + 0.381966) / WITNESSES  # where nothing round happens
+    with np.errstate(over="ignore", invalid="ignore"):  # of a motion that left the range of numbers
+        found = kind.sample(scenario, lowered, march, shares * march.end * lowered.time)
+    return np.asarray(found["normal_force"][1], dtype=float)
+
+
+def fits(kept: FloatArray, found: FloatArray) -> bool:
+    """Return whether two witnesses show the same."""
+    scale = max(float(np.nanmax(np.abs(kept), initial=0.0)), 1e-300)
+    return kept.shape == found.shape and bool(np.allclose(found, kept, rtol=0.0, atol=SAME * scale, equal_nan=True))
+
+
+def marched_again(lowered: Any, kept: March, made_by: str, say: Callable[[list[Note]], None]) -> Any:
+    """March a program again whose kept march does not fit it, and say how far the stored events are from the new."""
+    again = run.march(lowered.program)
+    before, after = (march.events[:, [contract.EVENT_TIME, contract.EVENT_KIND]] for march in (kept, again))
+    if len(before) != len(after) or (before[:, 1] != after[:, 1]).any():
+        difference = f"it has {len(after)} events where the file has {len(before)}"
+    else:
+        most = float(np.abs(after[:, 0] - before[:, 0]).max(initial=0.0)) * lowered.time
+        difference = f"the largest difference to the stored events is {most:.2g} s"
+    text = f"marched again, as the file's march ({made_by}) does not fit this version: {difference}"
+    say([Note(text, "marched again", doubtful=True)])
+    return again
