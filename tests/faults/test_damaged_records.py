@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import wheeltapper as wt
-from tests.earlier import earlier
+from tests.earlier import EARLIER, earlier
 
 WHEELSET = {"mass": 1500, "load": 91307, "stiffness": 2.44e6, "damping": 5e4, "radius": 0.46}
 SCENE = {
@@ -78,7 +78,7 @@ def saved(tmp_path_factory):
 
 def stored(data):
     """Return the variables that a load reads."""
-    names = ("march_", "witness")
+    names = ("march_", "witness", "program_", "units", "rails_", "assembly", "task", "logged_", "seat_events")
     return [str(name) for name in data.variables if str(name).startswith(names)]
 
 
@@ -155,6 +155,14 @@ def test_mutated_records_are_refused_or_answer(tmp_path, saved):
 @pytest.mark.parametrize(("kind", "seed"), [(kind, seed) for seed, kind in enumerate(MAKERS)])
 def test_many_mutated_records_are_refused_or_answer(tmp_path, saved, kind, seed):
     paths = mutants(saved(kind), tmp_path, seed, 60)
+    assert len(answered(paths)) == len(paths)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "version"), EARLIER)
+def test_mutated_records_of_earlier_formats_are_refused_or_answer(tmp_path, kind, version):
+    path, _ = earlier(kind, version, tmp_path)
+    paths = mutants(path, tmp_path, version, 20)
     assert len(answered(paths)) == len(paths)
 
 

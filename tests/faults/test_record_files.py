@@ -226,8 +226,8 @@ def test_a_record_holds_the_files_that_its_scenario_names(tmp_path, scenario, ch
     record.save(tmp_path / "a.nc")
     path.unlink()
     again = wt.load(tmp_path / "a.nc")
-    assert again.scenario == record.scenario.with_data()
-    assert again.scenario.with_data() is again.scenario
+    assert again.scenario == record.scenario._with_data()
+    assert again.scenario._with_data() is again.scenario
     times = np.linspace(0.0, record.end, 50)
     assert again.at(times).identical(record.at(times))
     assert wt.simulate(again.scenario).at(times).identical(record.at(times))

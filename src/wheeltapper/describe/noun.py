@@ -129,13 +129,13 @@ class Noun(BaseModel, Shown, metaclass=NounMeta):
         """What this asks of a march, beyond what every march knows."""
         return NOTHING
 
-    def with_data(self) -> Self:
+    def _with_data(self) -> Self:
         """Return the same with the contents of the files that it names in place of their paths.
 
         What reads a file says here what it has read; all others ask what they hold.
         """
         held = {name: getattr(self, name) for name in type(self).model_fields}
-        changed = {name: new for name, value in held.items() if (new := _with_data(value)) is not value}
+        changed = {name: new for name, value in held.items() if (new := _data_of(value)) is not value}
         return self.model_copy(update=changed) if changed else self
 
     def __eq__(self, other: object) -> bool:
@@ -145,14 +145,14 @@ class Noun(BaseModel, Shown, metaclass=NounMeta):
         return all(getattr(self, name) == getattr(other, name) for name in type(self).model_fields)
 
 
-def _with_data(value: Any) -> Any:
+def _data_of(value: Any) -> Any:
     """Return a field's value with the contents of files; the same object where it names none."""
     if isinstance(value, Noun):
-        return value.with_data()
+        return value._with_data()
     if not isinstance(value, tuple | list | dict):
         return value
     old = [*value.values()] if isinstance(value, dict) else [*value]
-    new = [_with_data(one) for one in old] if any(isinstance(one, Noun | tuple) for one in old) else old
+    new = [_data_of(one) for one in old] if any(isinstance(one, Noun | tuple) for one in old) else old
     if all(one is before for one, before in zip(new, old, strict=True)):
         return value
     return type(value)(zip(value, new, strict=True) if isinstance(value, dict) else new)

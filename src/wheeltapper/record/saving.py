@@ -88,7 +88,7 @@ def scenario_text(scenario: Scenario) -> str:
     """
     law = scenario.contact if isinstance(scenario.contact, Law) else None
     try:
-        whole = scenario.with_data()
+        whole = scenario._with_data()
         plain = whole if law is None else whole.model_copy(update={"contact": None})
         own = {} if law is None else {"contact": stored_law(law)}
         return json.dumps(plain.model_dump(mode="json") | own)

@@ -12,9 +12,9 @@ from wheeltapper.describe.scenario import Scenario, toml_table
 from wheeltapper.describe.site import Site
 from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.ground.arguments import as_path, as_quantity
-from wheeltapper.ground.contents import UNDAMAGED, rising, table
 from wheeltapper.ground.errors import InputError, brief
 from wheeltapper.march import run
+from wheeltapper.march.common.kept import UNDAMAGED, rising, table
 from wheeltapper.record.again import WITNESSES
 from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.contacts import SIDES

@@ -90,7 +90,7 @@ class Measured(Irregularity):
         given = {name: getattr(self, name) for name in type(self).model_fields}  # a copy would keep the old samples
         return Measured(**given | {"start": float(self.samples[0][0]) + distance})
 
-    def with_data(self) -> Measured:
+    def _with_data(self) -> Measured:
         """Return the same with the samples in place of the file."""
         if self.path is None:
             return self

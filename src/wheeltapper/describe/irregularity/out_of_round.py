@@ -90,7 +90,7 @@ class OutOfRound(Irregularity):
         """The spline near the samples, for each radius in use."""
         return {}
 
-    def with_data(self) -> OutOfRound:
+    def _with_data(self) -> OutOfRound:
         """Return the same with the samples in place of the file."""
         if self.path is None:
             return self

@@ -63,7 +63,7 @@ class WheelRail(Profiles):
         """Profile of the wheel and of the rail, files with their contents."""
         return read_profile(self.wheel, "wheel"), read_profile(self.rail, "rail")
 
-    def with_data(self) -> WheelRail:
+    def _with_data(self) -> WheelRail:
         """Return the same with the contents of the files."""
         wheel, rail = self.files
         return self if self.files == (self.wheel, self.rail) else self.model_copy(update={"wheel": wheel, "rail": rail})

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ground.contents import UNDAMAGED, check, check_whole, table
-from wheeltapper.ground.errors import InputError
 from wheeltapper.march.common import happened, kept
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray, IntArray
@@ -263,14 +261,14 @@ def restored(task: Task, status: int, held: kept.Held) -> Marched:
     prepared = prepare(task.system, task.method, None, task.duration, even=EVEN in held)
     if "march_pieces" in held:
         prepared = prepared.on_paths(_paths_of(held, task.system))
-    steps = int(table(held, "march_steps_made", 1)[0])
+    steps = int(kept.table(held, "march_steps_made", 1)[0])
     contacts, q, states = len(task.system.contacts), task.method.nodes, prepared.tables.bodies_step.shape[1]
     known = len(range(0, steps, MODES_EVERY))
     shapes = {
         "rows": (None, layout.ROW_COLUMNS), "gaps": (steps, contacts, q), "moments": (steps, contacts, q),
         "bodies": (steps, states), "modes": (known, 2, prepared.tables.decay.shape[2]),
     }  # fmt: skip
-    rows, gaps, moments, bodies, modes = (table(held, f"march_{name}", *shapes[name]) for name in LOGGED)
+    rows, gaps, moments, bodies, modes = (kept.table(held, f"march_{name}", *shapes[name]) for name in LOGGED)
     _check_rows(rows, steps, contacts, {1, q, task.method.careful_nodes})
     logs = Logs(rows, np.empty((0, 0)), np.empty((0, 0)), gaps, moments, bodies, modes, np.zeros(4, np.int64))
     wheels, ports = np.arange(len(task.system.wheels)), np.arange(len(task.system.ports))
@@ -289,28 +287,28 @@ EVEN = "march_even"
 
 def _paths_of(held: kept.Held, system: general.System) -> list[FloatArray]:
     """Return the paths of the wheels as a march has left them."""
-    pieces = table(held, "march_pieces", None, system.wheels[0].pieces.shape[1], ends=True)
+    pieces = kept.table(held, "march_pieces", None, system.wheels[0].pieces.shape[1], ends=True)
     kept.check_pieces("march_pieces", pieces)
-    own = table(held, "march_pieces_of", len(pieces))
+    own = kept.table(held, "march_pieces_of", len(pieces))
     paths = [pieces[own == wheel] for wheel in range(len(system.wheels))]
     whole = np.isin(own, np.arange(len(paths))) & (np.diff(own, prepend=0.0) >= 0.0) & all(map(len, paths))
-    check("march_pieces_of", own, whole, "rising numbers of all wheels")
+    kept.check("march_pieces_of", own, whole, "rising numbers of all wheels")
     return paths
 
 
 def _check_rows(rows: FloatArray, steps: int, contacts: int, counts: set[int]) -> None:
     """Refuse logged parts that do not follow each other, or whose nodes do not exist."""
-    check_whole("march_rows", rows[:, layout.ROW_STEP], 0, steps - 1)
-    check_whole("march_rows", rows[:, layout.ROW_CONTACT], 0, contacts - 1)
-    check_whole("march_rows", rows[:, layout.ROW_MAP], layout.EVENLY, layout.IMPACT_TO_LOSS)
+    kept.check_whole("march_rows", rows[:, layout.ROW_STEP], 0, steps - 1)
+    kept.check_whole("march_rows", rows[:, layout.ROW_CONTACT], 0, contacts - 1)
+    kept.check_whole("march_rows", rows[:, layout.ROW_MAP], layout.EVENLY, layout.IMPACT_TO_LOSS)
     nodes = rows[:, layout.ROW_NODES]
-    check("march_rows", nodes, np.isin(nodes, list(counts)), f"nodes among {sorted(counts)}")
+    kept.check("march_rows", nodes, np.isin(nodes, list(counts)), f"nodes among {sorted(counts)}")
     for contact in range(contacts):
         own = rows[rows[:, layout.ROW_CONTACT] == contact]
         begins = own[:, layout.ROW_STEP] + own[:, layout.ROW_FROM]
         ends = own[:, layout.ROW_STEP] + own[:, layout.ROW_TO]
         follows = np.abs(np.append(begins[1:], float(steps)) - ends) <= 1e-9 * steps + 1e-9
-        check("march_rows", ends, follows & (ends > begins), "parts that follow each other")
-        check("march_rows", begins[:1], begins[:1] == 0.0, "a first part at zero")
+        kept.check("march_rows", ends, follows & (ends > begins), "parts that follow each other")
+        kept.check("march_rows", begins[:1], begins[:1] == 0.0, "a first part at zero")
         if not len(own):
-            raise InputError("", "march_rows", f"nothing of contact {contact}", UNDAMAGED)
+            kept.refuse("march_rows", f"nothing of contact {contact}")

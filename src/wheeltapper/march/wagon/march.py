@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ground.contents import check, check_whole, table
 from wheeltapper.march.common import happened, kept
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.law_columns import PIECE_STRETCH
@@ -132,15 +131,15 @@ def restored(program: Assembly | OnRails | OverMarks, status: int, held: kept.He
     """Return the march of a program whose log a file has kept; refuse what no march can have written."""
     A = _on_paths(_assembly_of(program), held)
     duration = float(A.numbers[asm.RUN_END])
-    end = float(table(held, "march_end", 1)[0])
-    check("march_end", np.array([end]), 0.0 < end <= duration * (1.0 + 1e-9), "a time within the run")
+    end = float(kept.table(held, "march_end", 1)[0])
+    kept.check("march_end", np.array([end]), 0.0 < end <= duration * (1.0 + 1e-9), "a time within the run")
     steps = _steps_of(held, A, end)
     broken = status not in ORDERLY  # such states are no damage of the file
     moments = np.arange(len(A.start)) >= (A.rails[asm.RAIL_STATES] if A.rails.size else np.inf)
-    states = table(held, "march_states", len(steps), len(A.start))
-    state = table(held, "march_state", len(A.start), anything=status == contract.NOT_FINITE)
+    states = kept.table(held, "march_states", len(steps), len(A.start))
+    state = kept.table(held, "march_state", len(A.start), anything=status == contract.NOT_FINITE)
     for name, values in (("march_states", states), ("march_state", state)):
-        check(name, values, broken | moments | (np.abs(values) < LARGEST), f"states below {LARGEST:g}")
+        kept.check(name, values, broken | moments | (np.abs(values) < LARGEST), f"states below {LARGEST:g}")
     lanes = np.flatnonzero(A.lanes[:, asm.SIDE].ravel())
     latest = contract.YIELD if A.stretch_columns else contract.IMPACT
     events = kept.rows_of(held, "march_events", end, contacts=lanes, latest=latest)
@@ -149,7 +148,7 @@ def restored(program: Assembly | OnRails | OverMarks, status: int, held: kept.He
     if len(A.voids):
         below = asm.LANES * A.wheel_octets + np.arange(asm.LANES * len(A.voids))
         seated = kept.rows_of(held, "march_seat_events", end, contacts=below, latest=contract.IMPACT)
-    evaluations = int(table(held, "march_evaluations", 1)[0])
+    evaluations = int(kept.table(held, "march_evaluations", 1)[0])
     found = Marched(A, status, steps, states, events, peaks, end, state, evaluations, seat_events=seated)
     return found if not A.rails.size else found._replace(rails=_rails_of(program, held, end))
 
@@ -158,14 +157,14 @@ def _on_paths(A: Assembly, held: kept.Held) -> Assembly:
     """Return an assembly on the paths that a march has changed, if it has."""
     if "march_pieces" not in held:
         return A
-    pieces = table(held, "march_pieces", None, A.pieces.shape[1], ends=True)
+    pieces = kept.table(held, "march_pieces", None, A.pieces.shape[1], ends=True)
     kept.check_pieces("march_pieces", pieces)
-    lanes = table(held, "march_lanes", *A.lanes.shape, ends=True)
+    lanes = kept.table(held, "march_lanes", *A.lanes.shape, ends=True)
     others = np.setdiff1d(np.arange(asm.LANE_COLUMNS), PATH_COLUMNS)
-    check("march_lanes", lanes[:, others], lanes[:, others] == A.lanes[:, others], "those of the scenario")
-    check_whole("march_lanes", lanes[:, [asm.FIRST_PIECE, asm.LAST_PIECE]], 0, len(pieces) - 1)
-    check_whole("march_lanes", lanes[:, asm.PATH_LOOP], 0, len(pieces))
-    check_whole("march_lanes", lanes[:, asm.PATH_LOOP_JOIN], contract.SOFT, contract.JUMP)
+    kept.check("march_lanes", lanes[:, others], lanes[:, others] == A.lanes[:, others], "those of the scenario")
+    kept.check_whole("march_lanes", lanes[:, [asm.FIRST_PIECE, asm.LAST_PIECE]], 0, len(pieces) - 1)
+    kept.check_whole("march_lanes", lanes[:, asm.PATH_LOOP], 0, len(pieces))
+    kept.check_whole("march_lanes", lanes[:, asm.PATH_LOOP_JOIN], contract.SOFT, contract.JUMP)
     return A._replace(lanes=lanes, pieces=pieces)
 
 
@@ -176,15 +175,15 @@ def _steps_of(held: kept.Held, A: Assembly, end: float) -> FloatArray:
     steps = kept.steps_of(held, behind + A.stretch_columns, asm.STEP_TIME, end)
     begins, lengths = steps[:, asm.STEP_TIME], steps[:, asm.STEP_LENGTH]
     follows = np.abs(begins + lengths - np.append(begins[1:], end)) <= 1e-9 * end
-    check("march_steps", lengths, follows & (lengths > 0.0), "steps that follow each other")
+    kept.check("march_steps", lengths, follows & (lengths > 0.0), "steps that follow each other")
     at_once = bool(A.rails.size and A.rails[asm.RAIL_AT_ONCE])
-    check_whole("march_steps", steps[:, asm.STEP_CLOSED], 0, 2.0 ** (len(A.kinds) * asm.LANES + at_once) - 1)
+    kept.check_whole("march_steps", steps[:, asm.STEP_CLOSED], 0, 2.0 ** (len(A.kinds) * asm.LANES + at_once) - 1)
     most = np.concatenate([np.diff(A.element_corners) - 2, np.full(len(A.sliders), asm.FORTH)])
     most[elements - len(A.yields) :] = asm.FULL_FORTH  # of rigid friction
     for element in range(elements):
-        check_whole("march_steps", steps[:, asm.STEP_ELEMENTS + element], 0, most[element])
+        kept.check_whole("march_steps", steps[:, asm.STEP_ELEMENTS + element], 0, most[element])
     if A.stretch_columns:
-        check_whole("march_steps", steps[:, behind:], 0, float(A.law[:, PIECE_STRETCH].max()))
+        kept.check_whole("march_steps", steps[:, behind:], 0, float(A.law[:, PIECE_STRETCH].max()))
     return steps
 
 
@@ -194,7 +193,7 @@ def _rails_of(program: Any, held: kept.Held, end: float) -> multibody.RailLog:
 
     below: Any = _plain(program)
     made = tables_of(below.track, float(below.assembly.numbers[asm.RUN_END]))
-    free = table(held, "march_rails_free", None, 2 * below.track.fours * asm.HALF * below.track.method.nodes)
+    free = kept.table(held, "march_rails_free", None, 2 * below.track.fours * asm.HALF * below.track.method.nodes)
     enough = float(made.grid.times(np.array(len(free)))) >= end * (1.0 - 1e-9)
-    check("march_rails_free", np.array([float(len(free))]), enough, "a row for each macro step")
+    kept.check("march_rails_free", np.array([float(len(free))]), enough, "a row for each macro step")
     return multibody.RailLog(made.grid.ends, free, made.local, made.answers)

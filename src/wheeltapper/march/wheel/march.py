@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ground.contents import check, check_whole, rising, table
 from wheeltapper.march.common import happened, kept
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray, IntArray
@@ -108,25 +107,25 @@ def restored(program: contract.Program, status: int, held: kept.Held) -> Marched
     """Return the march of a program whose log a file has kept; refuse what no march can have written."""
     pieces = program.pieces
     if "march_pieces" in held:
-        pieces = table(held, "march_pieces", None, pieces.shape[1], ends=True)
+        pieces = kept.table(held, "march_pieces", None, pieces.shape[1], ends=True)
         kept.check_pieces("march_pieces", pieces)
     ended = program.damper_ends
     width = contract.ENDED_COLUMNS if ended else contract.STEP_COLUMNS
-    state = table(held, "march_state", range(contract.LENGTH, width + 1), anything=status == contract.NOT_FINITE)
+    state = kept.table(held, "march_state", range(contract.LENGTH, width + 1), anything=status == contract.NOT_FINITE)
     end = float(state[contract.TIME])
-    check("march_state", state[[contract.TIME]], 0.0 < end < np.inf, "a positive time")
+    kept.check("march_state", state[[contract.TIME]], 0.0 < end < np.inf, "a positive time")
     steps = kept.steps_of(held, width, contract.TIME, end)
-    check("march_steps", steps[:, contract.LENGTH], steps[:, contract.LENGTH] >= 0.0, "lengths of 0 or more")
+    kept.check("march_steps", steps[:, contract.LENGTH], steps[:, contract.LENGTH] >= 0.0, "lengths of 0 or more")
     for rows in (steps, state[None]):
-        check_whole("march_steps", rows[:, contract.PHASE], 0, contract.YIELDING + len(program.law) - 1)
-        check_whole("march_steps", rows[:, contract.PIECE], 0, len(pieces) - 1)
-        check_whole("march_steps", rows[:, contract.ON_DECK], 0, 1)
+        kept.check_whole("march_steps", rows[:, contract.PHASE], 0, contract.YIELDING + len(program.law) - 1)
+        kept.check_whole("march_steps", rows[:, contract.PIECE], 0, len(pieces) - 1)
+        kept.check_whole("march_steps", rows[:, contract.ON_DECK], 0, 1)
     stops = contract.NO_STOPS
     if ended:
-        check_whole("march_steps", steps[:, contract.END_MODE], contract.LOWER, contract.LINKED)
-        stops = table(held, "march_stops", None, contract.STOP_COLUMNS)
-        rising("march_stops", stops[:, contract.STOP_TIME], end)
-        check_whole("march_stops", stops[:, contract.STOP_KIND], contract.REACHED, contract.LEFT)
+        kept.check_whole("march_steps", steps[:, contract.END_MODE], contract.LOWER, contract.LINKED)
+        stops = kept.table(held, "march_stops", None, contract.STOP_COLUMNS)
+        kept.rising("march_stops", stops[:, contract.STOP_TIME], end)
+        kept.check_whole("march_stops", stops[:, contract.STOP_KIND], contract.REACHED, contract.LEFT)
     events = kept.rows_of(held, "march_events", end, latest=contract.YIELD)
     peaks = kept.rows_of(held, "march_peaks", end)
     return Marched(status, steps, events, peaks, state, stops, pieces, program)

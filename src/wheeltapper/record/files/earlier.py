@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.supported import SupportedRail
-from wheeltapper.ground.contents import UNDAMAGED, check, check_whole, table
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK, YIELDING
 from wheeltapper.lower.build import Lowered
@@ -29,7 +28,7 @@ from wheeltapper.lower.wagon import LoweredWagon, layout_of
 from wheeltapper.lower.wagon_on_rails import voids_of
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
-from wheeltapper.march.common.kept import check_pieces
+from wheeltapper.march.common.kept import UNDAMAGED, check, check_pieces, check_whole, table
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.tables import Units
@@ -130,7 +129,7 @@ def _of_wheel(scenario: Scenario, data: xr.Dataset) -> tuple[Lowered, Parts]:
         events = table(data, "march_events", None, contract.EVENT_COLUMNS)
         impacts = events[events[:, contract.EVENT_KIND] == contract.IMPACT, contract.EVENT_TIME]
         peaks = np.column_stack([peaks, np.searchsorted(impacts, peaks[:, contract.PEAK_TIME], side="right")])
-    stops = {"march_stops": np.asarray(data.march_stops)} if "march_stops" in data else {}
+    stops = {"march_stops": np.asarray(data["march_stops"])} if "march_stops" in data else {}
     return lowered, {"march_peaks": peaks} | stops
 
 
@@ -155,7 +154,7 @@ def _on_rails(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredOnRails, Par
     held = {f"march_{name}": np.asarray(data[f"logged_{name}"]) for name in LOGGED}
     held["march_steps_made"] = np.array([float(stored_attribute(data, "steps_made", int))])
     if "seat_events" in data:
-        held["march_seat_events"] = np.asarray(data.seat_events)
+        held["march_seat_events"] = np.asarray(data["seat_events"])
     if "steps_end_at_seats" not in data.attrs:
         held[EVEN] = np.ones(1)
     return lowered, held
@@ -217,7 +216,7 @@ def _of_wagon(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredWagon, Parts
     shape = (axles, 2) if version_of(data) == 1 else ((2 * axles, 4 * axles),)  # later with those of flanges
     static = table(data, "static_force", *shape).ravel()[: 2 * axles].reshape(axles, 2)
     held: Parts = {
-        "march_states": np.asarray(data.march_states),
+        "march_states": np.asarray(data["march_states"]),
         "march_end": np.array([stored_attribute(data, "end", float)]),
         "march_evaluations": np.array([float(stored_attribute(data, "evaluations", int))]),
     }
@@ -230,9 +229,9 @@ def _of_wagon(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredWagon, Parts
         below = _rails_below(_parts_of(data, "task"), A, float(scenario.speed))
         A, ring = below.assembly, below.track.rings[0]
         voids = voids_of(scenario, ring.bays * ring.seats)
-        held["march_rails_free"] = np.asarray(data.rails_free)
+        held["march_rails_free"] = np.asarray(data["rails_free"])
         if "seat_events" in data:
-            held["march_seat_events"] = np.asarray(data.seat_events)
+            held["march_seat_events"] = np.asarray(data["seat_events"])
     constant = stored_attribute(data, "contact_constant", float)
     lowered = LoweredWagon(
         A, layout_of(scenario, structure), structure, static, constant, notes(data), below=below, voids=voids

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from wheeltapper._version import __version__
-from wheeltapper.ground.contents import UNDAMAGED
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.numbers import METHODS
+from wheeltapper.march.common.kept import UNDAMAGED
 from wheeltapper.record.kinds import OUTCOMES
 
 if TYPE_CHECKING:
