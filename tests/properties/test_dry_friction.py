@@ -12,7 +12,7 @@ from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import replay
 from wheeltapper.record.energies import wagon_energy
-from wheeltapper.record.wagon import _of_this_version
+from wheeltapper.record.files.earlier import _assembly_of
 
 COACH = wt.Wagon.erri_b176()
 RUBBED = ("primary damper {} left", "primary damper {} right")
@@ -345,7 +345,7 @@ def test_assemblies_of_earlier_files_are_read():
     old = new._replace(
         corners=new.corners[:, :2], element_inside=np.column_stack([new.element_inside, damping]).astype(float)
     )
-    made = _of_this_version(old)
+    made = _assembly_of(old._asdict())
     assert np.array_equal(made.element_inside, new.element_inside)
     np.testing.assert_allclose(made.corners, new.corners, rtol=1e-12)
 

@@ -13,7 +13,7 @@ from wheeltapper.ask.passes_of_wagons import loaded, moved
 from wheeltapper.lower.marks.wagon_marks import path_of
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import multibody
-from wheeltapper.record.wagon import WAGON, _check_assembly
+from wheeltapper.record.wagon import WAGON
 
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 LEVEL = wt.profiles.Cones()
@@ -56,16 +56,19 @@ def test_the_record_of_half_a_coach_on_sleepers_is_stored_and_balanced(tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("part", "value", "told"),
-    [("law", 2.0, "assembly, law"), ("numbers", -1.0, "assembly, numbers"), ("pieces", np.nan, "assembly, pieces")],
+    ("name", "place", "value"),
+    [("pieces", 5, np.nan), ("lanes", 8 * asm.LAST_PIECE, 1e6), ("lanes", 8 * asm.BODY, 2.0)],
 )
-def test_a_damaged_law_is_refused(part, value, told):
-    record = wt.simulate(COACH.replaced({"duration": 0.002}))
-    A = record._lowered.assembly
-    held = getattr(A, part).copy()
-    held.flat[asm.YIELD_LAW + 2 if part == "numbers" else 5] = value
-    with pytest.raises(wt.InputError, match=told):
-        _check_assembly(A._replace(**{part: held}), record.scenario, record._lowered.layout)
+def test_damaged_paths_are_refused(tmp_path, name, place, value):
+    record = wt.simulate(COACH)
+    record.save(tmp_path / "a.nc")
+    with xr.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as opened:
+        data = opened.load()
+    data[f"march_{name}"].values.flat[place] = value
+    data.to_netcdf(tmp_path / "b.nc", engine="h5netcdf")
+    assert wt.load(tmp_path / "a.nc").history(5000.0).identical(record.history(5000.0))
+    with pytest.raises(wt.InputError, match=f"march_{name}: found"):
+        wt.load(tmp_path / "b.nc")
 
 
 def test_the_paths_of_a_record_give_its_run_again():
