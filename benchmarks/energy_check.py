@@ -17,8 +17,7 @@ from machine import no_garbage_collection, prepare, store
 from options import parser_of
 
 import wheeltapper as wt
-from wheeltapper.record import balanced
-from wheeltapper.record.energies import wagon_energy
+from wheeltapper.lower.lowered import balanced, wagon_energy
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 METHODS = ("default", "strict")

@@ -9,9 +9,9 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.ground import memory
 from wheeltapper.ground.outcome import Outcome
+from wheeltapper.lower import extent
 from wheeltapper.lower.paths import point
 from wheeltapper.march.common import telling
-from wheeltapper.record import extent
 from wheeltapper.record import simulate as simulating
 
 COACH = Path(__file__).resolve().parents[2] / "examples" / "coach_step.toml"

@@ -1,14 +1,17 @@
 """Files as measuring machines and loggers write them: read exactly, or refused in one line with the way out."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.describe.profile.file import read_profile
 from wheeltapper.describe.profile.files import _file_outline
 
 # -- times of day -----------------------------------------------------------------------------------------------------
+
+
+def wheel_outline(path):
+    return _file_outline(read_profile(str(path), "wheel"), "wheel")
 
 
 def logged(folder, stamps, name="a.csv", mark=","):
@@ -140,7 +143,7 @@ SECTIONS = "[FileInfo]\nProgramName=x\n\n[Profile1Info]\nColumnDef=X,Y,A\n\n[Pro
 def test_old_miniprof_and_files_with_sections_are_the_profile_of_a_new_one(name, head, tmp_path):
     (tmp_path / "new.whl").write_text(f"COLUMNDEF=X,Y,A\n\n{ROWS}")
     (tmp_path / name).write_text(head + ROWS)
-    new, found = (_file_outline(Path(tmp_path / one), "wheel") for one in ("new.whl", name))
+    new, found = (wheel_outline(tmp_path / one) for one in ("new.whl", name))
     for field in new.__dataclass_fields__:
         np.testing.assert_array_equal(getattr(found, field), getattr(new, field))
 
@@ -148,7 +151,7 @@ def test_old_miniprof_and_files_with_sections_are_the_profile_of_a_new_one(name,
 def test_of_two_profiles_in_a_file_one_is_named(tmp_path):
     second = "[Profile2Info]\nColumnDef=X,Y\n\n[Profile2Points]\n"
     (tmp_path / "a.mpt").write_text(f"{SECTIONS}{ROWS}{second}")  # the second one has no points
-    assert len(_file_outline(tmp_path / "a.mpt", "wheel").y) == 200
+    assert len(wheel_outline(tmp_path / "a.mpt").y) == 200
     fewer = "".join(ROWS.splitlines(keepends=True)[:150])
     (tmp_path / "a.mpt").write_text(f"{SECTIONS}{ROWS}{second}{fewer}")
     said = (
@@ -156,11 +159,11 @@ def test_of_two_profiles_in_a_file_one_is_named(tmp_path):
     )
     for name in ("a.mpt", "a.mpt#3", "a.mpt#0"):
         with pytest.raises(wt.InputError, match=said):
-            _file_outline(tmp_path / name, "wheel")
+            wheel_outline(tmp_path / name)
     for number, count in ((1, 200), (2, 150)):
-        assert len(_file_outline(tmp_path / f"a.mpt#{number}", "wheel").y) == count
+        assert len(wheel_outline(tmp_path / f"a.mpt#{number}").y) == count
     with pytest.raises(wt.InputError, match="no such file"):
-        _file_outline(tmp_path / "b.mpt#1", "wheel")
+        wheel_outline(tmp_path / "b.mpt#1")
 
 
 @pytest.mark.parametrize("micrometre", [b"\xa6\xccm", "µm".encode(), "μm".encode(), b"\xb5m"])

@@ -14,8 +14,8 @@ from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.scenario import Start
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.warned import ModelWarning
+from wheeltapper.lower import door
 from wheeltapper.march.common import program as contract
-from wheeltapper.record import wagon, wheel
 
 WHEELSET = wt.Scenario(
     vehicle=wt.Wheelset(mass=1500, load=91307, stiffness=2.44e6, damping=5e4, radius=0.46),
@@ -94,9 +94,9 @@ def test_each_surface_of_a_wheel_is_a_contact_of_its_own(tmp_path):
 
 def spoilt(kind, change, monkeypatch):
     """Let scenarios of a kind be lowered with other numbers, as no valid scenario has them."""
-    name = "lower" if kind is wheel else "lower_wagon"
-    made = getattr(kind, name)
-    monkeypatch.setattr(kind, name, lambda scenario, method: change(made(scenario, method)))
+    name = f"_lowered_{kind}"
+    made = getattr(door, name)
+    monkeypatch.setattr(door, name, lambda scenario, method: change(made(scenario, method)))
 
 
 def test_a_record_that_is_not_finite_is_loaded(tmp_path, monkeypatch):
@@ -105,7 +105,7 @@ def test_a_record_that_is_not_finite_is_loaded(tmp_path, monkeypatch):
         numbers[contract.CUBIC] = 1e300
         return replace(lowered, program=lowered.program._replace(numbers=numbers))
 
-    spoilt(wheel, far_too_stiff, monkeypatch)
+    spoilt("wheel", far_too_stiff, monkeypatch)
     record = wt.simulate(WHEELSET)
     assert record.outcome is Outcome.NOT_FINITE
     record.save(tmp_path / "a.nc")
@@ -119,7 +119,7 @@ def test_a_wagon_s_record_that_does_not_balance_is_loaded(tmp_path, monkeypatch)
         return replace(lowered, assembly=lowered.assembly._replace(columns=-1e4 * lowered.assembly.columns))
 
     scenario = wt.load(earlier("wagon", 1, tmp_path)[0]).scenario
-    spoilt(wagon, unstable, monkeypatch)
+    spoilt("wagon", unstable, monkeypatch)
     record = wt.simulate(scenario)
     assert record.outcome is Outcome.UNBALANCED
     record.save(tmp_path / "a.nc")
@@ -245,7 +245,7 @@ def test_a_history_that_this_version_makes_otherwise_is_marched_again_and_says_s
         numbers[contract.CUBIC] *= 1.0 + change
         return replace(lowered, program=lowered.program._replace(numbers=numbers))
 
-    spoilt(wheel, stiffer, monkeypatch)
+    spoilt("wheel", stiffer, monkeypatch)
     again = wt.load(tmp_path / "a.nc")
     assert again.events.identical(record.events)
     assert again.peaks.identical(record.peaks)

@@ -8,9 +8,9 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower.build import lower
+from wheeltapper.lower.lowered import balanced
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.wheel.march import march
-from wheeltapper.record import balanced
 
 WHEELSET = {"mass": 1500, "load": 91307, "stiffness": 2.44e6, "damping": 2e4, "radius": 0.46}
 BUMP = wt.CosineBump(height="0.2 mm", length="5 cm", start=0.009)

@@ -8,10 +8,10 @@ import pytest
 import wheeltapper as wt
 from tests.properties.test_wagon_elements import AXLE, HELD, PLACE, run, spring, vehicle
 from wheeltapper.ground.outcome import Outcome
+from wheeltapper.lower.lowered import wagon_energy
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import replay
-from wheeltapper.record.energies import wagon_energy
 from wheeltapper.record.files.earlier import _assembly_of
 
 COACH = wt.Wagon.erri_b176()
@@ -79,7 +79,7 @@ def check_random_run(seed):
         else wt.CosineBump(height=height, length=draw.uniform(0.03, 0.5), start=0.01)
     )
     record = run(wagon, 0.05, irregularity=rough, speed=draw.uniform(2.0, 20.0), rolling="point")
-    works = wagon_energy.works(record._lowered, record._march, record.scenario)[0]
+    works = wagon_energy.works(record._lowered, record._march)[0]
     balance = record.energy
     exchanged = float(balance.exchanged)
     assert record.outcome is Outcome.COMPLETED, seed

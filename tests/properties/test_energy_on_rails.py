@@ -121,5 +121,5 @@ def test_former_names_are_read_for_one_version_with_a_warning():
 def test_impulses_do_not_wait_for_the_balance():
     record = wt.simulate(FLAT)
     assert record.impacts.sizes["impact"] == 1
-    assert float(record._step_integrals[0].sum()) > 0.9 * 1e5 * FLAT.duration
+    assert float(record._works.impulses.sum()) > 0.9 * 1e5 * FLAT.duration
     assert "energy" not in vars(record)

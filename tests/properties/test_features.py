@@ -136,7 +136,7 @@ def test_features_of_a_wagon_are_those_of_its_wheels_treads():
 def test_a_run_that_broke_off_has_no_features():
     scene = BUMP.replaced({"vehicle.damping": 0.0, "duration": 0.05, "start": {"displacement": 1e-12, "velocity": 0.0}})
     record = wt.simulate(scene)
-    record._march = record._march._replace(status=4)
+    record._kept_march = record._kept_march._replace(status=4)
     assert record.outcome.name != "COMPLETED"
     assert all(np.isnan(feature(record)) for feature in FEATURES)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.lower.lowered import balanced
 from wheeltapper.march import run
-from wheeltapper.record import balanced
 
 BUMP = wt.Scenario(
     vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),

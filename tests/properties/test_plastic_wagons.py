@@ -10,10 +10,10 @@ from tests.reference.test_plastic_wagons import row_of_wheelsets
 from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, half_coach
 from wheeltapper.ask.passes import Scatter, drawn_pass
 from wheeltapper.ask.passes_of_wagons import loaded, moved
+from wheeltapper.lower.door import lowered_scenario
 from wheeltapper.lower.marks.wagon_marks import path_of
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import multibody
-from wheeltapper.record.wagon import WAGON
 
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 LEVEL = wt.profiles.Cones()
@@ -73,7 +73,7 @@ def test_damaged_paths_are_refused(tmp_path, name, place, value):
 
 def test_the_paths_of_a_record_give_its_run_again():
     """Wheels that follow meet what those before them have left: marched over these paths, nothing changes."""
-    lowered = WAGON.lower(COACH, "default")
+    lowered = lowered_scenario(COACH)
     found = multibody.march(lowered.assembly, memory=lowered.memory)
     paved = found.assembly
     assert len(paved.pieces) > len(lowered.assembly.pieces) + 10

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.signal import find_peaks
 
 import wheeltapper as wt
+from tests.earlier import earlier
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower import wagon_on_rails
 from wheeltapper.march.wagon import assembly as asm
-from wheeltapper.record.files import stored_rails
+from wheeltapper.record.files.earlier import _assembly_of, _parts_of, _rails_below
 
 from ..marks import slow
 
@@ -132,13 +132,13 @@ def test_a_file_tells_which_steps_were_solved_at_once(tmp_path):
     np.testing.assert_array_equal(record.at(times).normal_force, again.at(times).normal_force)
 
 
-def test_files_of_before_have_all_macro_steps_marched(tmp_path, monkeypatch):
-    record = resolved(coach(duration=0.004), monkeypatch)
-    record.save(tmp_path / "a.nc")
-    now = record._lowered.assembly
-    before = now._replace(rails=np.delete(now.rails, stored_rails.LATER))
-    with xr.open_dataset(tmp_path / "a.nc") as data:
-        below, _ = stored_rails.read(data.load(), before, record.scenario)
-        np.testing.assert_array_equal(below.assembly.rails, now.rails)
-        with pytest.raises(wt.InputError, match="another track"):
-            stored_rails.read(data, now._replace(rails=now.rails[:5]), record.scenario)
+def test_files_of_before_have_all_macro_steps_marched(tmp_path):
+    _, data = earlier("wagon_on_slab", 2, tmp_path)
+    A, parts = _assembly_of(_parts_of(data, "assembly")), _parts_of(data, "task")
+    marched = A.rails.copy()
+    marched[asm.RAIL_AT_ONCE] = 0.0
+    before = A._replace(rails=np.delete(A.rails, [asm.RAIL_FORCE, asm.RAIL_AT_ONCE]))
+    np.testing.assert_array_equal(_rails_below(parts, before, 9.0).assembly.rails, marched)
+    np.testing.assert_array_equal(_rails_below(parts, A, 9.0).assembly.rails, A.rails)
+    with pytest.raises(wt.InputError, match="another track"):
+        _rails_below(parts, A._replace(rails=A.rails[:5]), 9.0)

@@ -6,12 +6,12 @@ import xarray as xr
 
 import wheeltapper as wt
 from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, TRACK_ALLOWED, half_coach
+from wheeltapper.lower.door import lowered_scenario
 from wheeltapper.lower.track.anomalies import Void
 from wheeltapper.lower.wagon_on_rails import over_voids
 from wheeltapper.march import run
 from wheeltapper.march.common.program import EVENT_CONTACT, EVENT_TIME
 from wheeltapper.march.wagon.assembly import HALF, LANES
-from wheeltapper.record.chosen import kind_of
 
 VOIDS = wt.tracks.HangingSleeper(seat=1, void="0.2 mm"), wt.tracks.HangingSleeper(seat=-2, void="0.1 mm")
 CORRUGATION = wt.Corrugation(amplitude=1e-4, wavelength=0.1, start=0.05)
@@ -44,14 +44,14 @@ def times_of_general_march(scene):
     It is up to 2e-9 s wrong where a void closes or opens in a macro step in which another contact's force jumps: what
     contacts feel of each other in a macro step is a polynomial. Of other lengths these do not meet in one.
     """
-    task = kind_of(scene).lower(scene, "strict").program
+    task = lowered_scenario(scene, "strict").program
     steps = [task._replace(method=task.method._replace(step=part * task.method.step)) for part in (1.0, 0.7, 0.5)]
     return np.median([run.march(one).seat_events[:, EVENT_TIME] for one in steps], axis=0)
 
 
 def times_with_half_steps(scene):
     """Return times of events of voids on the left of a wagon, of a strict run with half as long macro steps."""
-    below = kind_of(scene).lower(scene, "strict").below
+    below = lowered_scenario(scene, "strict").below
     method = below.track.method._replace(step=0.5 * below.track.method.step)
     found = run.march(below._replace(track=below.track._replace(method=method))).seat_events
     return found[found[:, EVENT_CONTACT] % LANES < HALF, EVENT_TIME]
@@ -202,7 +202,7 @@ def test_a_coach_with_flanges_and_creep_does_the_mirrored_thing_over_voids():
 def test_many_wheelsets_without_voids_are_no_reason_to_refuse_any():
     """Sixteen wheelsets with flanges have more octets than there is room for with voids."""
     scene = wt.Scenario(vehicle=half_coach(), profiles=wt.profiles.Cones(), **over())
-    assembly = kind_of(scene).lower(scene, "default").assembly
+    assembly = lowered_scenario(scene).assembly
     many = assembly._replace(kinds=np.repeat([0, 1], 4), lanes=np.zeros((8, *assembly.lanes.shape[1:])))
     assert over_voids(many, ()).wheel_octets == 8
     with pytest.raises(wt.InputError, match="found 1 voids; allowed: at most 0 below this wagon"):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.ground.warned import ModelWarning
 from wheeltapper.lower.fields import Fields
-from wheeltapper.record import balanced
+from wheeltapper.lower.lowered import balanced
 from wheeltapper.record.simulate import simulate
 from wheeltapper.record.trains.growth import Growth, growth_of
 from wheeltapper.record.trains.of_record import end_forces_of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,9 @@ from wheeltapper.ask.margin_of_wheels import margin_of, readings_of_wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.ground.progress import progress_counter
+from wheeltapper.lower.door import lowered_scenario
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
-from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.simulate import side_by_side, simulated_scenario
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def margins_by_records(
 
     def march_cell(cell: int) -> None:
         one = scenario.replaced({path: float(values[cell]) for path, values in changed.items()})
-        lowered = kind_of(one).lower(one, method)
+        lowered: Any = lowered_scenario(one, method)
         march = run.march(lowered.program)
         readings = readings_of_wagon(lowered, march)
         margin = margin_of(readings, losses)

@@ -12,10 +12,10 @@ from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.ground.warned import warn_caller
+from wheeltapper.lower.lowered import balanced
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.march.wagon import assembly
-from wheeltapper.record import balanced
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.lower.door import lowered_scenario
 from wheeltapper.march import run
-from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.record import Record
 
 if TYPE_CHECKING:
@@ -40,9 +40,9 @@ class FinerRun(NamedTuple):
 
 def finer_run(scenario: Scenario, features: Sequence[Feature]) -> FinerRun:
     """Make a finer run than a strict one, and read features of it."""
-    lowered = kind_of(scenario).lower(scenario, "strict").finer()
+    lowered = lowered_scenario(scenario, "strict").finer()
     march = run.march(lowered.program)
-    record = Record(scenario, "strict", lowered, march)
+    record = Record(lowered, "strict", march)
     happened = [np.array([march.status]), *march.happened()]
     return FinerRun(
         np.array([feature(record).values for feature in features]),

@@ -22,7 +22,7 @@ from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.wheel_rows import DELTA_RATE, GRIP, ROW_DELTA
 
 if TYPE_CHECKING:
-    from wheeltapper.lower.wagon import LoweredWagon
+    from wheeltapper.lower.lowered.wagon import LoweredWagon
     from wheeltapper.march.wagon.march import Marched as MarchedWagon
 
 FloatArray = NDArray[np.float64]

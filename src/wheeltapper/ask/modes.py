@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.ground.arguments import check_flag
+from wheeltapper.lower.lowered.wagon import LoweredWagon
+from wheeltapper.lower.lowered.wagon_data import DECK
 from wheeltapper.lower.standing import jacobian
-from wheeltapper.lower.wagon import DECK, LoweredWagon, lower_wagon
+from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march import run
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.assembly import LANES, PLACES, TO_RATE

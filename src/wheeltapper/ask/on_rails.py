@@ -70,7 +70,7 @@ def _record(many: CellsOnRails, number: int, marched: MarchedAlone) -> Record:
     """Return the record of one cell."""
     from wheeltapper.record.record import Record
 
-    return Record(many.scenario_of(number), many.method, many.lowered(number), marched)
+    return Record(many.lowered(number), many.method, marched)
 
 
 def trains_of(many: CellsOnRails, numbers: IntArray, marched: MarchedCells) -> Trains:

@@ -13,6 +13,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK
+from wheeltapper.lower.lowered.wagon import LoweredWagon
 from wheeltapper.lower.marks.marks import Surface
 from wheeltapper.lower.marks.wagon_marks import (
     SIDES,
@@ -21,7 +22,7 @@ from wheeltapper.lower.marks.wagon_marks import (
     path_of,
     semi_axis_of,
 )
-from wheeltapper.lower.wagon import LoweredWagon, lower_wagon, started
+from wheeltapper.lower.wagon import lower_wagon, started
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.wagon import assembly as asm

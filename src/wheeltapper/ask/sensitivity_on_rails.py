@@ -16,19 +16,19 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note, Shared
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.progress import progress_counter
+from wheeltapper.lower.door import lowered_scenario
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import EPSILON
 from wheeltapper.lower.turns_on_rails import turn_along
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
-from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.record import Record
 from wheeltapper.record.simulate import side_by_side
 from wheeltapper.record.trains.of_record import trains_of
 from wheeltapper.record.trains.trains import Trains, notes_of_cells
 
 if TYPE_CHECKING:
-    from wheeltapper.lower.on_rails import LoweredOnRails
+    from wheeltapper.lower.lowered.plane import LoweredOnRails
     from wheeltapper.march.general.gradients import Tangents
     from wheeltapper.march.general.task import Marched
     from wheeltapper.march.general.turned import SystemTurn
@@ -52,10 +52,10 @@ def slopes_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int) 
 
 def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:
     """Compute one cell; the trains of its wheelsets are like those of cells."""
-    lowered: LoweredOnRails = kind_of(scenario).lower(scenario, asked.method)
+    lowered: Any = lowered_scenario(scenario, asked.method)
     turns = [turn_along(scenario, path, lowered) for path in asked.gradient]
     marched = run.march(lowered.program)
-    record = Record(scenario, asked.method, lowered, marched)
+    record = Record(lowered, asked.method, marched)
     trains, whole = trains_of(record, asked.needs_tally), record.outcome is Outcome.COMPLETED
     unknown = dict[str, list[str]]()
     wheels, amplification = trains.cell_count, np.nan

@@ -22,11 +22,11 @@ from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.needs import Need
 from wheeltapper.ground.notes import Note
+from wheeltapper.lower.contacts import SIDES
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.turns_on_rails import not_turned
 from wheeltapper.march import run
 from wheeltapper.record.arguments import check_method
-from wheeltapper.record.contacts import SIDES
 from wheeltapper.record.features import Feature, named
 
 FloatArray = NDArray[np.float64]

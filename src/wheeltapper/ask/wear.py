@@ -34,8 +34,8 @@ from wheeltapper.march.common.blocks import core_count
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
 from wheeltapper.record.beyond import beyond_plastic
 from wheeltapper.record.files.checksum import CHECKSUM, checksum, is_damaged
-from wheeltapper.record.kinds import OUTCOMES
 from wheeltapper.record.labels import WEAR_TITLE
+from wheeltapper.record.outcomes import OUTCOMES
 
 if TYPE_CHECKING:
     import xarray as xr

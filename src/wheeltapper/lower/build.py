@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -15,8 +14,9 @@ from wheeltapper.ground.needs import MEMORY, YIELDING
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.laws import ellipse
-from wheeltapper.lower.laws.plastic import PlasticLaw, yielding_programs
-from wheeltapper.lower.numbers import FINER, METHODS, SMALL, Method, Placing, numbers_of
+from wheeltapper.lower.laws.plastic import yielding_programs
+from wheeltapper.lower.lowered.wheel import Lowered
+from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
 from wheeltapper.lower.paths.fit import Factor
 from wheeltapper.lower.paths.point import point_table
 from wheeltapper.lower.paths.rolling import circle_table
@@ -28,79 +28,12 @@ from wheeltapper.march.common.program import Program
 
 if TYPE_CHECKING:
     from wheeltapper.describe.scenario import Scenario
-    from wheeltapper.march.wheel.march import Marched
 
 FloatArray = NDArray[np.float64]
 
 
 SHARP_DIP = "sharp dip"
 """Cause of the note on a dip that is more curved than the wheel, so that the wheel bridges it."""
-
-
-@dataclass(frozen=True)
-class Lowered:
-    """A program, with the units that convert its numbers to SI.
-
-    Attributes
-    ----------
-    length, time, force
-        Units of the program in m, s and N.
-    table
-        The path of the wheel's centre.
-    notes
-        Notes on this lowering for the user: contact at two points, edges, warnings with numbers.
-    """
-
-    program: Program
-    table: PathTable
-    length: float
-    time: float
-    force: float
-    static_force: float
-    contact_constant: float
-    notes: tuple[Note, ...]
-
-    @property
-    def plastic_laws(self) -> tuple[PlasticLaw, ...]:
-        """Of the wheelset, if its contact yields."""
-        law = self.program.law
-        return (PlasticLaw(law, self.length, self.force),) if len(law) else ()
-
-    def pressed(
-        self, march: Marched, contact: int, times: FloatArray
-    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-        """Return how deep a contact of a march is at times, s, what earlier ones have left there, m, and if it yields.
-
-        The indentation is that of the surface as it is, m.
-        """
-        indentation, left = march.indentations(times / self.time) * self.length
-        return indentation, left, indentation + left > self.plastic_laws[contact].onset
-
-    def slopes_below(self, march: Marched, contact: int, distances: FloatArray) -> FloatArray:
-        """Return the slope of a contact's path where it has travelled so far, m."""
-        return self.table.slope_at(distances)
-
-    def finer(self) -> Lowered:
-        """Return the same with smaller errors of steps."""
-        return self._with_number(contract.TOLERANCE, FINER * float(self.program.numbers[contract.TOLERANCE]))
-
-    def beside(self, march: Marched, in_velocity: bool) -> tuple[Lowered, float]:
-        """Return the same with a small change of the start of this march, and the size of the change, scaled."""
-        which = contract.START_VELOCITY if in_velocity else contract.START_HEIGHT
-        return self._with_number(which, float(self.program.numbers[which]) + SMALL), SMALL
-
-    def gentlest(self, march: Marched) -> float:
-        """Return the smallest rate of indentation at an event of a march, scaled."""
-        return march.gentlest()
-
-    def scaled_end(self, march: Marched) -> FloatArray:
-        """Return the scaled state at the end of a march."""
-        return march.last_motion()
-
-    def _with_number(self, which: int, value: float) -> Lowered:
-        numbers = self.program.numbers.copy()
-        numbers[which] = value
-        return replace(self, program=self.program._replace(numbers=numbers))
 
 
 def courses_of(scenario: Scenario) -> list[Course]:
@@ -201,6 +134,7 @@ def lower(scenario: Scenario, method: str = "default", path: tuple[PathTable, li
         if MEMORY in needs and scenario.contact.warning:
             notes = [*notes, Note(scenario.contact.warning, doubtful=True)]
     return Lowered(
+        scenario,
         program,
         table,
         length=units.length.item(),

@@ -19,10 +19,10 @@ from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.known import check_known
 from wheeltapper.lower.laws import ellipse
+from wheeltapper.lower.lowered.plane import LoweredOnRails
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.lower.on_rails import (
     SUDDEN,
-    LoweredOnRails,
     UnderWheels,
     checked_way,
     on_wheels,
@@ -130,8 +130,8 @@ class CellsOnRails:
         """Return one cell as if it were lowered alone, without notes."""
         vehicle, track = self.vehicles[cell], self._tracks[cell]
         return LoweredOnRails(
-            self.tasks[cell], vehicle.plane, track.modes, track.seat, vehicle.static_force, vehicle.contact_constant,
-            (), self.rails, vehicle.stops, track.anomalies,
+            self.scenario_of(cell), self.tasks[cell], vehicle.plane, track.modes, track.seat, vehicle.static_force,
+            vehicle.contact_constant, (), self.rails, vehicle.stops, track.anomalies,
         )  # fmt: skip
 
     def scenario_of(self, cell: int) -> Scenario:

@@ -17,8 +17,9 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import DECK
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.first_order import STEP, WEIGHTS
+from wheeltapper.lower.lowered.plane import LoweredOnRails
 from wheeltapper.lower.many import shapes_the_path
-from wheeltapper.lower.on_rails import LoweredOnRails, on_wheels
+from wheeltapper.lower.on_rails import on_wheels
 from wheeltapper.lower.paths.bends import table_tangent
 from wheeltapper.march.general.contract import Bodies
 from wheeltapper.march.general.turned import SystemTurn

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
+from wheeltapper.lower.lowered.wagon import LoweredWagon
 from wheeltapper.lower.marks.wagon_marks import WornRails
 from wheeltapper.lower.on_rails import GENERAL_METHODS, SUDDEN, check_speed
 from wheeltapper.lower.standing import normal_forces
@@ -24,7 +25,7 @@ from wheeltapper.lower.track.irregular import IrregularModes
 from wheeltapper.lower.track.reach import Reach, cutoff_note, modes_of, rolling_modes_of
 from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.lower.track.section import section_of
-from wheeltapper.lower.wagon import LoweredWagon, lower_wagon
+from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march.general.contract import Port
 from wheeltapper.march.general.march import forces_of_ports, rest_of
 from wheeltapper.march.general.tables import Units

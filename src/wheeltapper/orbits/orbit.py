@@ -16,13 +16,12 @@ from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.build import lower
+from wheeltapper.lower.lowered.balanced import judged_balance
 from wheeltapper.lower.section import Section, section_place
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.orbits.asked import START, given_start, is_undamped, section_of
 from wheeltapper.orbits.section_map import FixedPoint, SectionMap, Wave, exact_determinant
-from wheeltapper.record.balanced import judged_balance
-from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.record import Record
 
 FloatArray = NDArray[np.float64]
@@ -123,9 +122,8 @@ class Orbit(Shown):
         state[: len(self.start)] = self.state
         scale = np.array([lowered.length, lowered.length / lowered.time] * 2)
         march = run.march(lowered.program, motion=state / scale).on_its_own_path()
-        kind = kind_of(scenario)
-        status, missing = judged_balance(march.status, kind.missing_part(scenario, lowered, march))
-        record = Record(scenario, self.method, lowered, march._replace(status=status))
+        status, missing = judged_balance(march.status, lowered.missing_part(march))
+        record = Record(lowered, self.method, march._replace(status=status))
         record.notes = (*lowered.notes, *missing)
         return record
 

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
+from wheeltapper.lower.lowered.base import LoweredScenario
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.march import March
-from wheeltapper.record.kinds import Kind
 
 FloatArray = NDArray[np.float64]
 WITNESSES = 33
@@ -22,11 +21,11 @@ SAME = 1e-7
 """Largest difference of these forces, over the largest one: other processors round in other ways."""
 
 
-def witness(kind: Kind, scenario: Scenario, lowered: Any, march: March) -> FloatArray:
+def witness(lowered: LoweredScenario, march: March) -> FloatArray:
     """Return contact forces over the run, (times, wheels), N: what a log fits to shows the same again."""
     shares = (np.arange(WITNESSES) + 0.381966) / WITNESSES  # where nothing round happens
     with np.errstate(over="ignore", invalid="ignore"):  # of a motion that left the range of numbers
-        found = kind.sample(scenario, lowered, march, shares * march.end * lowered.time)
+        found = lowered.variables(march, shares * march.end * lowered.time)
     return np.asarray(found["normal_force"][1], dtype=float)
 
 
@@ -36,7 +35,7 @@ def fits(kept: FloatArray, found: FloatArray) -> bool:
     return kept.shape == found.shape and bool(np.allclose(found, kept, rtol=0.0, atol=SAME * scale, equal_nan=True))
 
 
-def marched_again(lowered: Any, kept: March, made_by: str, say: Callable[[list[Note]], None]) -> Any:
+def marched_again(lowered: LoweredScenario, kept: March, made_by: str, say: Callable[[list[Note]], None]) -> Any:
     """March a program again whose kept march does not fit it, and say how far the stored events are from the new."""
     again = run.march(lowered.program)
     before, after = (march.events[:, [contract.EVENT_TIME, contract.EVENT_KIND]] for march in (kept, again))

@@ -6,22 +6,22 @@ from collections.abc import Sequence
 from typing import Any
 
 from wheeltapper.describe.contact.law import Law
-from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.needs import OWN_LAW
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.laws.own_law import FASTEST
 from wheeltapper.lower.laws.plastic import PlasticLaw
+from wheeltapper.lower.lowered.base import LoweredScenario
 from wheeltapper.march.common import program as contract
-from wheeltapper.record.contacts import Contacts
 
 
-def beyond_laws(scenario: Scenario, lowered: Any, march: Any, contacts: Contacts) -> tuple[Note, ...]:
+def beyond_laws(lowered: LoweredScenario, march: Any) -> tuple[Note, ...]:
     """Return notes where a march left the range of its creep law, a law of one's own or a plastic law."""
+    scenario, contacts = lowered.scenario, lowered.contacts
     notes: tuple[Note, ...] = ()
     if scenario.creep is not None:
         from wheeltapper.record.creep_range import beyond_spin
 
-        notes = beyond_spin(scenario, lowered, march)
+        notes = beyond_spin(lowered, march)
     if OWN_LAW in scenario.needs:
         notes += beyond_table(scenario.contact, *march.extremes())
     if not lowered.plastic_laws:

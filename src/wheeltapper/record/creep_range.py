@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,7 @@ from wheeltapper.describe.profile.wheel_rail import WheelRail
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.laws.patches import elastic_of, geometry_of, patch_tables
-from wheeltapper.lower.wagon import LoweredWagon
+from wheeltapper.lower.lowered.wagon import LoweredWagon
 from wheeltapper.march.common.program import EVENT_CONTACT, EVENT_KIND, EVENT_TIME, IMPACT
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.march import Marched as MarchedWagon
@@ -30,9 +32,9 @@ def spin_use(scenario: Scenario, friction: float, radius: float, shift: FloatArr
     return np.asarray(np.interp(shift, nodes, use))
 
 
-def beyond_spin(scenario: Scenario, lowered: LoweredWagon, march: MarchedWagon) -> tuple[Note, ...]:
+def beyond_spin(lowered: Any, march: Any) -> tuple[Note, ...]:
     """Return a note if spin leaves the range of the creep law, on the worst place only."""
-    law = scenario.creep
+    scenario, law = lowered.scenario, lowered.scenario.creep
     if law is None or law.spin_range is None:
         return ()
     limit = law.spin_range

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wheeltapper._version import __version__
-from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_path, as_quantity, check_choice
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.notes import Note
@@ -19,17 +18,17 @@ from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.progress import progress_shown, report
 from wheeltapper.ground.shown import Shown
 from wheeltapper.ground.warned import warn_of
+from wheeltapper.lower import extent
+from wheeltapper.lower.contacts import Contacts
+from wheeltapper.lower.lowered.base import LoweredScenario, Variables, Works
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.march import March
-from wheeltapper.record import extent
+from wheeltapper.record import elements
 from wheeltapper.record.again import fits, marched_again, witness
 from wheeltapper.record.arrays import as_array
-from wheeltapper.record.chosen import kind_of
-from wheeltapper.record.contacts import Contacts
-from wheeltapper.record.elements import damper
-from wheeltapper.record.kinds import OUTCOMES, Variables
 from wheeltapper.record.labels import EVENT_KINDS, NO_SEAT, attributes_of, dataset
+from wheeltapper.record.outcomes import OUTCOMES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,20 +53,19 @@ class Record(Shown):
         What the user should know: contact at two points, edges, warnings with numbers.
     """
 
-    def __init__(self, scenario: Scenario, method: str, lowered: Any, march: March) -> None:
-        self.scenario, self.method = scenario, method
-        self._kind, self._lowered = kind_of(scenario), lowered
+    def __init__(self, lowered: LoweredScenario, method: str, march: March) -> None:
+        self.scenario, self.method, self._lowered = lowered.scenario, method, lowered
         self._kept_march = march
         self.notes = lowered.notes
         self._of_file: tuple[str, FloatArray] | None = None
 
     @classmethod
     def of_file(
-        cls, scenario: Scenario, method: str, lowered: Any, march: March, notes: tuple[Note, ...], made_by: str,
+        cls, lowered: LoweredScenario, method: str, march: March, notes: tuple[Note, ...], made_by: str,
         witness: FloatArray,
     ) -> Self:  # fmt: skip
         """Return a record from what a file has kept, by whom it was made, and its witness (again.py)."""
-        record = cls(scenario, method, lowered, march)
+        record = cls(lowered, method, march)
         record.notes, record._of_file = notes, (made_by, witness)
         return record
 
@@ -83,7 +81,7 @@ class Record(Shown):
         self.notes += tuple(notes)
 
     def _new_witness(self) -> FloatArray:
-        return witness(self._kind, self.scenario, self._lowered, self._kept_march)
+        return witness(self._lowered, self._kept_march)
 
     @property
     def _witness(self) -> FloatArray:
@@ -125,7 +123,7 @@ class Record(Shown):
 
     @cached_property
     def _contacts(self) -> Contacts:
-        return self._kind.contacts(self.scenario, self._lowered)
+        return self._lowered.contacts
 
     @cached_property
     def _events(self) -> Columns:
@@ -139,7 +137,8 @@ class Record(Shown):
 
     @cached_property
     def _seat_events(self) -> Columns | None:
-        return self._kind.seat_events(self.scenario, self._lowered, self._kept_march)
+        found = self._lowered.void_events(self._kept_march)
+        return None if found is None else elements.void_columns(self.scenario, found)
 
     @cached_property
     def _peaks(self) -> Columns:
@@ -240,7 +239,7 @@ class Record(Shown):
     def _impact_impulses(self, contact: int, start: FloatArray, end: FloatArray) -> FloatArray:
         if len(start) == 0:
             return start
-        total = np.append(0.0, np.cumsum(self._step_integrals[0][:, contact]))
+        total = np.append(0.0, np.cumsum(self._works.impulses[:, contact]))
         begins, margin = self._step_starts, 1e-12 * max(self.end, 1e-300)
         first = np.searchsorted(begins, start - margin)
         last = np.searchsorted(begins, np.nan_to_num(end) - margin)
@@ -253,9 +252,9 @@ class Record(Shown):
         Of several wheelsets also the number of the `wheelset`.
         """
         run.choose(run.DAMPER_EVENTS, self.scenario.needs)
-        stops, wheelset = self._kind.stops(self._lowered, self._kept_march)
+        stops, wheelset = self._lowered.stops_met(self._kept_march)
         number = wheelset + 1 if self._contacts.has_several else None
-        return damper.stop_events(stops, self._lowered.time, number)
+        return elements.stop_events(stops, self._lowered.time, number)
 
     @cached_property
     def suspension_events(self) -> xr.Dataset:
@@ -265,7 +264,7 @@ class Record(Shown):
         goes beyond a corner or comes back within it. Of a wagon they are those of its friction elements.
         """
         run.choose(run.SUSPENSION_EVENTS, self.scenario.needs)
-        return self._kind.element_events(self.scenario, self._lowered, self._kept_march)
+        return elements.element_table(self._lowered.element_events(self._kept_march))
 
     # -- the dense solution -----------------------------------------------------------------------------------------
 
@@ -324,7 +323,7 @@ class Record(Shown):
     @cached_property
     def _sample_columns(self) -> int:
         """Number of numbers in memory for each sample of the dense solution: in rows, in order, and in columns."""
-        found = self._kind.sample(self.scenario, self._lowered, self._march, np.zeros(1))
+        found = self._lowered.variables(self._march, np.zeros(1))
         return 4 * sum(np.size(values) for _, values in found.values())
 
     def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
@@ -334,7 +333,7 @@ class Record(Shown):
         """Return variables and axes at some times, s, with dimensions; a dataset takes longer than a short run."""
         order = np.argsort(wanted, kind="stable")
         back = np.argsort(order, kind="stable")
-        found = self._kind.sample(self.scenario, self._lowered, self._march, wanted[order])
+        found = self._lowered.variables(self._march, wanted[order])
         variables: Variables = {"time": (("time",), wanted)}
         variables |= {name: ((name,), names) for name, names in self._contacts.axis_names.items()}
         for name, (dimensions, values) in found.items():
@@ -356,26 +355,28 @@ class Record(Shown):
     # -- energy and summary -----------------------------------------------------------------------------------------
 
     @cached_property
-    def _step_integrals(self) -> tuple[FloatArray, Callable[[], xr.Dataset]]:
-        """Impulse of each contact in each step, (steps, contacts), and what returns the balance of energy."""
+    def _works(self) -> Works:
+        """Impulses of contacts in each step, and what returns the balance of energy."""
         with (
             progress_shown(True),
             np.errstate(over="ignore", invalid="ignore"),
         ):  # of a motion that left the range of numbers
             report("integrating over every step", 0.0, 0.0)
-            return self._kind.integrate(self.scenario, self._lowered, self._march)
+            return self._lowered.works(self._march)
 
     @cached_property
     def energy(self) -> xr.Dataset:
         """Energy balance over the whole run, J: kinetic, elastic, dissipated, works, and the imbalance."""
+        from wheeltapper.record.energy import energies
+
         with progress_shown(True), np.errstate(over="ignore", invalid="ignore"):
             report("integrating over every step", 0.0, 0.0)
-            return self._step_integrals[1]()
+            return energies(self._works.terms())
 
     @property
     def _known_energy(self) -> xr.Dataset | None:
         """The energy balance, unless it takes long and nobody has asked for it."""
-        return None if self._kind.balance_is_dear and "energy" not in vars(self) else self.energy
+        return None if self._lowered.balance_is_dear and "energy" not in vars(self) else self.energy
 
     @property
     def time_in_air(self) -> float:

@@ -13,8 +13,8 @@ from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import DAMPER_END, KINKS
-from wheeltapper.record.contacts import SIDES, SURFACES
-from wheeltapper.record.elements import damper, suspension
+from wheeltapper.lower.contacts import SIDES, SURFACES
+from wheeltapper.record import elements
 from wheeltapper.record.files.stored import FORMAT
 from wheeltapper.record.labels import EVENT_KINDS, attributes_of, flag_variable
 from wheeltapper.record.own_law import stored_law
@@ -66,9 +66,9 @@ def save(record: Record, path: Path) -> None:
     }
     parts = [events, peaks, xr.Dataset(tables)]
     if DAMPER_END in record.scenario.needs:
-        parts.append(damper.stored_events(record.damper_events))
+        parts.append(elements.stored_stops(record.damper_events))
     if record.scenario.needs & KINKS:
-        parts.append(suspension.stored_events(record.suspension_events))
+        parts.append(elements.stored_elements(record.suspension_events))
     data = xr.merge(parts, combine_attrs="override").assign_attrs(attributes)
     energy = record._known_energy
     for share, value in (energy.data_vars if energy is not None else {}).items():

@@ -14,12 +14,13 @@ from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.notes import Note
 from wheeltapper.ground.progress import Progress, progress_shown, report, reporting, sayer
 from wheeltapper.ground.warned import ModelWarning, warn_of
+from wheeltapper.lower import extent
+from wheeltapper.lower.door import lowered_scenario
+from wheeltapper.lower.lowered import balanced
 from wheeltapper.march import run
 from wheeltapper.march.common.blocks import algebra_on_one_thread, core_count
-from wheeltapper.record import balanced, extent
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
 from wheeltapper.record.beyond import beyond_laws
-from wheeltapper.record.chosen import kind_of
 from wheeltapper.record.record import Record
 from wheeltapper.record.rigid import rigid_track
 
@@ -128,16 +129,15 @@ def simulated_scenario(
     """Simulate a scenario; what `say_notes` is told, and more, are the record's notes."""
     scenario.check_extent()
     run.choose(run.SIMULATE, scenario.needs)
-    kind = kind_of(scenario)
     report("lowering", 0.0, 0.0)
-    lowered = kind.lower(scenario, method)
+    lowered = lowered_scenario(scenario, method)
     say_notes(lowered.notes)
-    tell = extent.progress_function(lowered.time, scenario.duration, kind.chunk, kind.row_bytes(scenario))
+    tell = extent.progress_function(lowered.time, scenario.duration, lowered.chunk, lowered.row_bytes)
     march = run.march(lowered.program, tell)
-    beyond = beyond_laws(scenario, lowered, march, kind.contacts(scenario, lowered))
+    beyond = beyond_laws(lowered, march)
     say_notes(beyond)
-    status, missing = balanced.judged_balance(march.status, kind.missing_part(scenario, lowered, march))
-    record = Record(scenario, method, lowered, march._replace(status=status))
+    status, missing = balanced.judged_balance(march.status, lowered.missing_part(march))
+    record = Record(lowered, method, march._replace(status=status))
     record.notes = (*lowered.notes, *beyond, *missing)
     record.notes += rigid_track(record)
     return record

@@ -13,11 +13,11 @@ from wheeltapper.describe.site import Site
 from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.ground.arguments import as_path, as_quantity
 from wheeltapper.ground.errors import InputError, brief
+from wheeltapper.lower.contacts import SIDES
+from wheeltapper.lower.door import lowered_scenario
 from wheeltapper.march import run
 from wheeltapper.march.common.kept import UNDAMAGED, rising, table
 from wheeltapper.record.again import WITNESSES
-from wheeltapper.record.chosen import kind_of
-from wheeltapper.record.contacts import SIDES
 from wheeltapper.record.files.chart_store import load_chart
 from wheeltapper.record.files.checksum import is_damaged
 from wheeltapper.record.files.stored import FORMAT, method_of, notes, status_of, version_of
@@ -95,17 +95,17 @@ def _load_record(path: Path, law: Any, largest: float) -> Any:
         from wheeltapper.record.files.earlier import read
 
         lowered, march = read(scenario, data)
-        record = Record(scenario, method, lowered, march)
+        record = Record(lowered, method, march)
         record.notes = notes(data)
         return record
     if data.attrs.get("inputs") != digest_of_inputs(str(data.attrs["scenario"]), method):
         raise InputError("", "scenario", "another one than that of the record", UNDAMAGED)
     status, said = status_of(data), notes(data)
-    lowered = kind_of(scenario).lower(scenario, method)
+    lowered = lowered_scenario(scenario, method)
     march = run.restored(lowered.program, status, {name: data[name].values for name in map(str, data.variables)})
     kept = table(data, "witness", WITNESSES, None, anything=True, ends=True)
     made_by = ", ".join(f"{name} {data.attrs.get(name, 'unknown')}" for name in ("wheeltapper", "numba", "numpy"))
-    return Record.of_file(scenario, method, lowered, march, said, made_by, kept)
+    return Record.of_file(lowered, method, march, said, made_by, kept)
 
 
 def _scenario_of(data: Any, law: Any = None) -> Scenario:

@@ -13,7 +13,8 @@ from wheeltapper.ground.arguments import as_list, as_quantity
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.ground.warned import warn_caller
-from wheeltapper.lower.on_rails import LoweredOnRails
+from wheeltapper.lower import extent
+from wheeltapper.lower.contacts import SIDES
 from wheeltapper.lower.track.anomalies import Anomalies, anomalies_of
 from wheeltapper.lower.track.irregular import IrregularModes
 from wheeltapper.lower.track.reach import modes_of, rolling_modes_of
@@ -30,9 +31,7 @@ from wheeltapper.lower.track.readouts import (
 from wheeltapper.lower.track.ring import TrackModes, ring_of
 from wheeltapper.lower.track.section import Section, section_of
 from wheeltapper.march import run
-from wheeltapper.record import extent
 from wheeltapper.record.arrays import as_array
-from wheeltapper.record.contacts import SIDES
 from wheeltapper.record.labels import dataset
 
 if TYPE_CHECKING:
@@ -224,7 +223,7 @@ class _Ridden(NamedTuple):
 def _below_plane(record: Record) -> _Ridden:
     from wheeltapper.march.wagon.rails.replay import RailAt
 
-    lowered: LoweredOnRails = record._lowered
+    lowered: Any = record._lowered
     assert lowered.modes is not None
     system = lowered.program.system
 
@@ -243,7 +242,8 @@ def _below_plane(record: Record) -> _Ridden:
 def _below_wagon(record: Record) -> _Ridden:
     from wheeltapper.lower.wagon_on_rails import arms_of
 
-    track, below = record.scenario.track, record._lowered.below
+    lowered: Any = record._lowered
+    track, below = record.scenario.track, lowered.below
     places = below.track.places
     modes, reach = modes_of(track, record.method, float(np.ptp(places)))
     ways = (section_of(track), modes), (section_of(track, rolling=True), rolling_modes_of(track, reach))

@@ -34,7 +34,7 @@ from wheeltapper.ground.quantities import to_si
 from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march.common import program as contract
-from wheeltapper.record.kinds import OUTCOMES
+from wheeltapper.record.outcomes import OUTCOMES
 
 FloatArray = NDArray[np.float64]
 

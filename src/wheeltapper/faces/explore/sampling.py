@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.faces.explore.frames import Frame
 from wheeltapper.faces.panels import in_unit
-from wheeltapper.record.kinds import Variables
+from wheeltapper.lower.lowered.base import Variables
 from wheeltapper.record.labels import attributes_of
 from wheeltapper.record.record import Record
 

@@ -31,7 +31,7 @@ def parametric_alone(damping: float, duration: float) -> wt.Record:
     numbers = lowered.program.numbers.copy()
     numbers[contract.LIFT] = 0.0
     level = replace(lowered, program=lowered.program._replace(numbers=numbers))
-    return wt.Record(scenario, "default", level, march(level.program))
+    return wt.Record(level, "default", march(level.program))
 
 
 @claim(

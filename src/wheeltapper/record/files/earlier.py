@@ -16,25 +16,28 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK, YIELDING
-from wheeltapper.lower.build import Lowered
-from wheeltapper.lower.on_rails import LoweredOnRails, plane_of, stops_of
+from wheeltapper.lower.lowered.plane import LoweredOnRails
+from wheeltapper.lower.lowered.wagon import LoweredWagon
+from wheeltapper.lower.lowered.wheel import Lowered
+from wheeltapper.lower.on_rails import plane_of, stops_of
 from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.lower.structure import structure_of
 from wheeltapper.lower.track.anomalies import NONE, Void, anomalies_of
 from wheeltapper.lower.track.irregular import IrregularModes
 from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.lower.track.section import section_of
-from wheeltapper.lower.wagon import LoweredWagon, layout_of
-from wheeltapper.lower.wagon_on_rails import voids_of
+from wheeltapper.lower.wagon import layout_of
+from wheeltapper.lower.wagon_on_rails import late_rates, voids_of
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
-from wheeltapper.march.common.kept import UNDAMAGED, check, check_pieces, check_whole, table
+from wheeltapper.march.common.kept import UNDAMAGED, check, check_pieces, check_whole, refuse, table
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.tables import Units
 from wheeltapper.march.general.task import EVEN
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.assembly import LANES, Assembly
+from wheeltapper.march.wagon.rail_motion import rails_array
 from wheeltapper.march.wagon.rails.march import OnRails
 from wheeltapper.march.wagon.rails.modes import Track
 from wheeltapper.record.files.stored import notes, status_of, stored_attribute, version_of
@@ -62,16 +65,16 @@ def read(scenario: Scenario, data: xr.Dataset) -> tuple[Any, Any]:
     readers: dict[str, Callable[[Scenario, xr.Dataset], tuple[Any, Parts]]] = {
         "program_numbers": _of_wheel, "assembly_parts": _of_wagon, "task_parts": _on_rails,
     }  # fmt: skip
-    for name, reader in readers.items():
-        if name in data or name in data.attrs:
-            try:
-                lowered, held = reader(scenario, data)
-            except KeyError as error:
-                raise InputError("", name, f"nothing of {error.args[0]}", UNDAMAGED) from None
-            kept = {f"march_{own}": np.asarray(data[f"march_{own}"]) for own in ("steps", "events", "peaks", "state")
-                    if f"march_{own}" in data}  # fmt: skip
-            return lowered, run.restored(lowered.program, status_of(data), kept | held)
-    raise InputError("", "program_numbers", "nothing", UNDAMAGED)
+    name = next((one for one in readers if one in data or one in data.attrs), None)
+    if name is None:
+        refuse("program_numbers", "nothing")
+    try:
+        lowered, held = readers[name](scenario, data)
+    except KeyError as error:
+        refuse(name, f"nothing of {error.args[0]}")
+    known = [own for own in ("march_steps", "march_events", "march_peaks", "march_state") if own in data]
+    kept = {own: np.asarray(data[own]) for own in known} | held
+    return lowered, run.restored(lowered.program, status_of(data), kept)
 
 
 def _parts_of(data: xr.Dataset, name: str) -> Parts:
@@ -86,14 +89,14 @@ def _parts_of(data: xr.Dataset, name: str) -> Parts:
         except (TypeError, ValueError):
             fits = False
         if not fits:
-            raise InputError("", f"{name}_parts", repr(entry)[:80], UNDAMAGED)
+            refuse(f"{name}_parts", repr(entry)[:80])
         values = held[at : at + size].copy()
         if kind == "i":
             check_whole(f"{name}, {part}", values, -(2**31), 2**31)
             values = values.astype(np.int64)
         parts[part], at = (values.view(complex) if kind == "c" else values).reshape(shape), at + size
     if at != len(held):
-        raise InputError("", f"{name}_parts", f"{at} numbers instead of {len(held)}", UNDAMAGED)
+        refuse(f"{name}_parts", f"{at} numbers instead of {len(held)}")
     return parts
 
 
@@ -110,7 +113,7 @@ def _of_wheel(scenario: Scenario, data: xr.Dataset) -> tuple[Lowered, Parts]:
     numbers = table(data, "program_numbers", range(contract.START_SHIFT, kept + 1), ends=True)
     numbers = np.append(numbers, [LATER[k] for k in range(len(numbers), kept)])
     if numbers[contract.ORDER] not in (contract.DEFAULT_ORDER, contract.STRICT_ORDER):
-        raise InputError("", "program_numbers", f"the order {numbers[contract.ORDER]:g}", UNDAMAGED)
+        refuse("program_numbers", f"the order {numbers[contract.ORDER]:g}")
     more = contract.NUMBERS - kept
     damper = table(data, "program_damper", more) if "program_damper" in data else np.zeros(more)
     try:
@@ -123,7 +126,7 @@ def _of_wheel(scenario: Scenario, data: xr.Dataset) -> tuple[Lowered, Parts]:
     length, time, force, static, constant = units.tolist()
     paths = PathTable(pieces, int(loop), int(join))
     program = contract.Program(pieces, np.append(numbers, damper), law)
-    lowered = Lowered(program, paths, length, time, force, static, constant, notes(data))
+    lowered = Lowered(scenario, program, paths, length, time, force, static, constant, notes(data))
     peaks = table(data, "march_peaks", None, (contract.PEAK_COLUMNS - 1, contract.PEAK_COLUMNS))
     if peaks.shape[1] < contract.PEAK_COLUMNS:
         events = table(data, "march_events", None, contract.EVENT_COLUMNS)
@@ -140,17 +143,17 @@ def _on_rails(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredOnRails, Par
     parts, plane, anomalies = _parts_of(data, "task"), plane_of(scenario), NONE
     modes = _modes_of(parts) if "ring.rates" in parts else None
     if (modes is None) == (FLEXIBLE_TRACK in scenario.needs):
-        raise InputError("", "task_parts", "another track than the scenario's", UNDAMAGED)
+        refuse("task_parts", "another track than the scenario's")
     task = _task_of(parts, len(plane.positions), None if modes is None else modes.ring)
     if isinstance(scenario.track, SupportedRail) and modes is not None:
         seats = modes.ring.bays * modes.ring.seats
         anomalies = anomalies_of(scenario.track, section_of(scenario.track), seats)
     stops = stops_of(plane)
     if len(anomalies.voids) + len(stops) + len(plane.elements) != len(task.system.ports):
-        raise InputError("", "task_parts", "other anomalies or dampers than the scenario's", UNDAMAGED)
+        refuse("task_parts", "other anomalies or dampers than the scenario's")
     seat, constant, force = table(data, "units", 3).tolist()
     static = force * task.system.bodies.load[: len(plane.wheelsets)]
-    lowered = LoweredOnRails(task, plane, modes, seat, static, constant, notes(data), force, stops, anomalies)
+    lowered = LoweredOnRails(scenario, task, plane, modes, seat, static, constant, notes(data), force, stops, anomalies)
     held = {f"march_{name}": np.asarray(data[f"logged_{name}"]) for name in LOGGED}
     held["march_steps_made"] = np.array([float(stored_attribute(data, "steps_made", int))])
     if "seat_events" in data:
@@ -234,7 +237,7 @@ def _of_wagon(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredWagon, Parts
             held["march_seat_events"] = np.asarray(data["seat_events"])
     constant = stored_attribute(data, "contact_constant", float)
     lowered = LoweredWagon(
-        A, layout_of(scenario, structure), structure, static, constant, notes(data), below=below, voids=voids
+        scenario, A, layout_of(scenario, structure), structure, static, constant, notes(data), below=below, voids=voids
     )  # fmt: skip
     return lowered, held
 
@@ -247,7 +250,7 @@ def _assembly_of(parts: Parts) -> Assembly:
     """
     needed = [name for name in Assembly._fields if name not in Assembly._field_defaults]
     if list(parts) != list(Assembly._fields)[: len(parts)] or len(parts) < len(needed):
-        raise InputError("", "assembly_parts", f"{len(parts)} parts", UNDAMAGED)
+        refuse("assembly_parts", f"{len(parts)} parts")
     A = Assembly(**parts)
     if len(A.numbers) == HERTZIAN_NUMBERS:
         A = A._replace(numbers=np.append(A.numbers, [asm.HERTZIAN, 0.0]))
@@ -280,9 +283,27 @@ def _rails_below(parts: Parts, A: Assembly, speed: float) -> OnRails:
     sleepers = own, _sleepers_of(parts, WAYS[1]) if rolls else own
     units = Units(*parts["units"].tolist())
     track = Track(rings, _method_of(parts["method"]), parts["places"], speed, units, sleepers)
-    if A.rails[asm.RAIL_FORCE] != units.force:  # of versions that marched every macro step
-        A = A._replace(rails=np.insert(A.rails, asm.RAIL_FORCE, [units.force, 0.0]))
-    return OnRails(A, track, (parts[f"{WAYS[0]}.modes"], parts[f"{WAYS[1]}.modes"]), parts["sinking"])
+    return OnRails(
+        A._replace(rails=_rails_of(A, track)),
+        track,
+        (parts[f"{WAYS[0]}.modes"], parts[f"{WAYS[1]}.modes"]),
+        parts["sinking"],
+    )
+
+
+def _rails_of(A: Assembly, track: Track) -> FloatArray:
+    """Return the rails' part of an assembly; refuse that of another track."""
+    nodes, fours, voids = track.method.nodes, track.fours, track.over_voids > 0
+    moments = len(A.start) - late_rates(A) - 2 * fours * asm.HALF * nodes
+    marched = rails_array(nodes, fours, moments, track.rolls, track.units.force, False, voids)
+    rails = A.rails
+    if len(rails) == len(marched) - 2:  # of versions that marched every macro step
+        rails = np.insert(rails, asm.RAIL_FORCE, [track.units.force, 0.0])
+    if len(rails) == len(marched):
+        marched[asm.RAIL_AT_ONCE] = rails[asm.RAIL_AT_ONCE] == 1.0
+    if not np.array_equal(rails, marched):
+        refuse("assembly, rails", "those of another track")
+    return rails
 
 
 def _sleepers_of(parts: Parts, way: str) -> tuple[general.Port, ...]:

@@ -11,7 +11,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.march.common.kept import UNDAMAGED
-from wheeltapper.record.kinds import OUTCOMES
+from wheeltapper.record.outcomes import OUTCOMES
 
 if TYPE_CHECKING:
     import xarray as xr

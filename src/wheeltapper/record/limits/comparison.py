@@ -21,6 +21,7 @@ from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.notes import Note
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.shown import Shown
+from wheeltapper.lower.contacts import SIDES
 from wheeltapper.lower.unmet import unmet_notes
 from wheeltapper.record.assessment.filtering import (
     checked_rate,
@@ -32,7 +33,6 @@ from wheeltapper.record.assessment.filtering import (
     usual_rate,
 )
 from wheeltapper.record.assessment.guidance import guidance_with_notes
-from wheeltapper.record.contacts import SIDES
 from wheeltapper.record.limits.rule import (
     LATERAL,
     OF_FAULTS,

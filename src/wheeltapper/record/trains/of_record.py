@@ -86,8 +86,8 @@ def end_forces_of(record: Record) -> FloatArray:
 
 def missing_energy_of(record: Record) -> float:
     """Return the missing share of the exchanged energy: the largest of the run, on rails that at its end."""
-    if not record._kind.balance_is_dear:
-        return record._kind.missing_part(record.scenario, record._lowered, record._march)
+    if not record._lowered.balance_is_dear:
+        return record._lowered.missing_part(record._march)
     with progress_shown(False):
         return abs(float(record.energy.relative_imbalance))
 

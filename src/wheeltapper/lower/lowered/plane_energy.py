@@ -6,36 +6,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wheeltapper.describe.scenario import Scenario
-from wheeltapper.lower.on_rails import DECK, LoweredOnRails
+from wheeltapper.lower.lowered.base import Terms
+from wheeltapper.lower.lowered.plane_data import DECK, PlaneData
+from wheeltapper.lower.lowered.plane_elements import element_energies
+from wheeltapper.lower.lowered.track_works import track_works
 from wheeltapper.lower.track.section import section_of
-from wheeltapper.record.elements.dampers_on_rails import first_stop
-from wheeltapper.record.elements.elements_on_rails import element_energies, first_element
-from wheeltapper.record.energies.track import track_works
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from wheeltapper.march.general.task import Marched
 
 
-def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.Dataset:
-    """Return the energy balance of vehicle and track over the whole run, in J.
+def balance(lowered: PlaneData, march: Marched) -> Terms:
+    """Return the energy balance of vehicle and track over the whole run.
 
     The vehicle has exchanged energy with loads and contacts; what the contacts took of it, beside the work of the
     irregularity, is in them or has gone to the track. Of the track the modes that are kept take their own part of the
     forces' power, which they store or lose (docs/theory/track.rst, section 13.7); `truncation` is the share of the
     energy exchanged by which the forces' power on the kept modes differs from force times velocity of the rail.
     """
-    from wheeltapper.record.energies.terms import energies
-
     found, rails = march.works(), lowered.force
     kinetic, elastic = found.ends[1] - found.ends[0]
     stored, material = march.contact_energies()
     in_contacts = float(stored[1] - stored[0])
     wheels = len(lowered.program.system.wheels)
     taken, path, contact = (float(one[:wheels].sum()) for one in (found.bodies, found.path, found.contact))
-    of_stops = found.bodies[first_stop(lowered) : first_element(lowered)]
+    of_stops = found.bodies[lowered.first_stop : lowered.first_element]
     damped = np.array([len(stop.sides) > 1 for stop in lowered.stops], dtype=bool)  # a rigid end; others are springs
     springs, dampers, friction = element_energies(lowered, march, found.bodies)
     of_deck = float(found.dissipated[-1]) if lowered.plane.freedoms[-1] == DECK else 0.0
@@ -50,7 +45,7 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
     exchanged = float(found.dissipated.sum() + np.abs(found.bodies).sum() + np.abs(found.path).sum())
     exchanged, more = exchanged + abs(found.load) + float(stored[0]), 0.0
     if lowered.modes is not None:
-        of_track = track_works(section_of(scenario.track), lowered, march)
+        of_track = track_works(section_of(lowered.scenario.track), lowered, march)
         terms |= {
             "track_stored": of_track.stored, "track_dissipated": of_track.lost, "truncation": of_track.missed,
             "into_anomalies": -of_track.anomalies, "work_of_traction": -of_track.slope,
@@ -59,10 +54,10 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
         terms["into_track"] += of_track.sudden
         exchanged += abs(of_track.anomalies) + of_track.lost + abs(of_track.slope)
         more = of_track.stored + of_track.lost + of_track.missed - of_track.given - of_track.anomalies
-    return energies(terms, exchanged, rails, more)
+    return Terms(terms, exchanged, rails, more)
 
 
-def _held_by_guides(lowered: LoweredOnRails, march: Marched) -> float:
+def _held_by_guides(lowered: PlaneData, march: Marched) -> float:
     """Return the work on springs against a fixed guide of the forces that they have at rest, J, of one rail.
 
     Displacements count from the static state; of springs that are stretched there the march leaves these forces out,

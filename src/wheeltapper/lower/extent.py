@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground import memory, progress
-from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.numbers import units_of
+from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.march.common import program as contract
 
 LONGEST_STEP = 2.0
@@ -26,9 +26,8 @@ def check_time(scenario: Scenario) -> None:
     check_duration(scenario, steps, ROW_BYTES)
 
 
-def check_pieces(scenario: Scenario, lowered: Lowered) -> None:
+def check_pieces(scenario: Scenario, table: PathTable) -> None:
     """Refuse a duration in which a wheelset passes more pieces of a repeating path than fit in memory."""
-    table = lowered.table
     if table.period:
         rounds = scenario.duration * scenario.speed / table.period
         check_duration(scenario, rounds * (len(table.rows) - table.loop), ROW_BYTES)

@@ -16,15 +16,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.lower.wagon import DECK, LoweredWagon
+from wheeltapper.lower.lowered.balanced import NOTABLE
+from wheeltapper.lower.lowered.base import Terms
+from wheeltapper.lower.lowered.wagon_data import DECK, WagonData
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.assembly import TO_RATE
-from wheeltapper.record.balanced import NOTABLE
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from wheeltapper.describe.scenario import Scenario
     from wheeltapper.march.wagon.march import Marched as MarchedWagon
 
 FloatArray = NDArray[np.float64]
@@ -36,29 +34,29 @@ EVERY = 16
 did."""
 
 
-def missing_part(lowered: LoweredWagon, march: MarchedWagon, scenario: Scenario) -> float:
+def missing_part(lowered: WagonData, march: MarchedWagon) -> float:
     """Return the missing share of the exchanged energy: from one step in EVERY, or where that is NOTABLE from all."""
     if len(march.steps) == 0:
         return 0.0
-    estimate = _missing_in(lowered, march, scenario, EVERY)
-    return _missing_in(lowered, march, scenario, 1) if not estimate < NOTABLE else estimate
+    estimate = _missing_in(lowered, march, EVERY)
+    return _missing_in(lowered, march, 1) if not estimate < NOTABLE else estimate
 
 
-def _missing_in(lowered: LoweredWagon, march: MarchedWagon, scenario: Scenario, every: int) -> float:
+def _missing_in(lowered: WagonData, march: MarchedWagon, every: int) -> float:
     """Return the missing share of the exchanged energy, from one step in so many."""
     sample = march._replace(steps=march.steps[::every], states=march.states[::every])
-    done, _, contacts, elements = works(lowered, sample, scenario)
+    done, _, contacts, elements = works(lowered, sample)
     elastic = contacts + elements
     states = np.vstack([march.states[1::every], march.state])[: len(sample.states)]
-    kinetic, springs = _stored_energies(lowered, sample.states, scenario)
-    kinetic_after, springs_after = _stored_energies(lowered, states, scenario)
+    kinetic, springs = _stored_energies(lowered, sample.states)
+    kinetic_after, springs_after = _stored_energies(lowered, states)
     change = kinetic_after - kinetic + springs_after - springs + elastic[:, 1] - elastic[:, 0]
     missing = float(np.abs(np.cumsum(change - done @ SIGNS)).max())
     exchanged = float(kinetic.max() + elastic.max() + every * np.abs(done).sum())
     return every * missing / exchanged
 
 
-def works(lowered: LoweredWagon, march: MarchedWagon, scenario: Scenario) -> tuple[FloatArray, ...]:
+def works(lowered: WagonData, march: MarchedWagon) -> tuple[FloatArray, ...]:
     """Return works (steps, POWERS_KEPT), impulses (steps, lanes) and elastic energies (steps, 2) of some steps.
 
     These are those of contacts, and of nonlinear elements.
@@ -68,22 +66,22 @@ def works(lowered: LoweredWagon, march: MarchedWagon, scenario: Scenario) -> tup
     damping = np.zeros((count, count))
     damping[: len(structure.motions), : len(structure.motions)] = structure.damping
     if DECK in layout.bodies:
-        damping[-1, -1] = scenario.track.damping
+        damping[-1, -1] = lowered.scenario.track.damping
     return march.works(damping, layout.displacement_places)
 
 
-def _stored_energies(lowered: LoweredWagon, states: FloatArray, scenario: Scenario) -> tuple[FloatArray, FloatArray]:
+def _stored_energies(lowered: WagonData, states: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return kinetic energy and that of the linear springs, the deck's included, in some states."""
     mass, stiffness = lowered.structure.mass, lowered.structure.stiffness
     if DECK in lowered.layout.bodies:
-        mass = np.append(mass, scenario.track.mass)
+        mass = np.append(mass, lowered.scenario.track.mass)
         stiffness = np.pad(stiffness, (0, 1))
-        stiffness[-1, -1] = scenario.track.stiffness
+        stiffness[-1, -1] = lowered.scenario.track.stiffness
     q, v = states[:, lowered.layout.displacement_places], states[:, lowered.layout.displacement_places + TO_RATE]
     return 0.5 * (v**2) @ mass, 0.5 * np.einsum("ti,ij,tj->t", q, stiffness, q)
 
 
-def _energy_of_slips(lowered: LoweredWagon, march: MarchedWagon) -> float:
+def _energy_of_slips(lowered: WagonData, march: MarchedWagon) -> float:
     """Return the energy that springs of friction lose where their force falls as it begins to slide, J."""
     A = lowered.assembly
     springs = len(A.sliders) - len(A.yields)
@@ -93,7 +91,7 @@ def _energy_of_slips(lowered: LoweredWagon, march: MarchedWagon) -> float:
     return float(begins @ (0.5 * (limit**2 - force**2) / stiffness))
 
 
-def _changes_stretch(lowered: LoweredWagon, march: MarchedWagon) -> NDArray[np.bool_]:
+def _changes_stretch(lowered: WagonData, march: MarchedWagon) -> NDArray[np.bool_]:
     """Return whether any tread begins or ends to yield between each step and the next one.
 
     There the energy of a contact over marks jumps by what these have done to it before (`march.contact_laws`).
@@ -103,15 +101,12 @@ def _changes_stretch(lowered: LoweredWagon, march: MarchedWagon) -> NDArray[np.b
     return np.asarray((stretches[1:] != stretches[:-1]).any(axis=1))
 
 
-def balance(
-    lowered: LoweredWagon, march: MarchedWagon, works: tuple[FloatArray, ...], scenario: Scenario
-) -> xr.Dataset:
-    """Return the energy balance over the whole run, in J."""
+def balance(lowered: WagonData, march: MarchedWagon, works: tuple[FloatArray, ...]) -> Terms:
+    """Return the energy balance over the whole run."""
     from wheeltapper.march.wagon import replay
-    from wheeltapper.record.energies.terms import energies
 
     done, _, contacts, elements = works
-    kinetic, springs = _stored_energies(lowered, np.vstack([march.states, march.state]), scenario)
+    kinetic, springs = _stored_energies(lowered, np.vstack([march.states, march.state]))
     in_contacts = contacts[-1, 1] - contacts[0, 0]
     elastic = contacts + elements
     jumped = elastic[1:, 0] - elastic[:-1, 1]
@@ -133,4 +128,4 @@ def balance(
     }
     if lowered.below is not None:
         terms["into_track"] = total[replay.RAIL_POWER]
-    return energies(terms, float(kinetic.max() + elastic.max() + np.abs(done).sum()))
+    return Terms(terms, float(kinetic.max() + elastic.max() + np.abs(done).sum()))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.lower.on_rails import LoweredOnRails
+from wheeltapper.lower.lowered.plane_data import PlaneData
 from wheeltapper.lower.track.energy import POWERS, RingEnergy
 from wheeltapper.lower.track.irregular import IrregularModes, regular_amplitudes
 from wheeltapper.lower.track.readouts import places_of
@@ -89,7 +89,7 @@ class _Rail(NamedTuple):
     residual: FloatArray
 
 
-def track_works(section: Section, lowered: LoweredOnRails, march: Marched) -> TrackWorks:
+def track_works(section: Section, lowered: PlaneData, march: Marched) -> TrackWorks:
     """Return energies and works of the track of a run."""
     assert lowered.modes is not None
     ring = lowered.modes.ring
@@ -110,7 +110,7 @@ def track_works(section: Section, lowered: LoweredOnRails, march: Marched) -> Tr
     return TrackWorks._make([stored, *works.tolist(), _taken_by_jumps(lowered, march)])
 
 
-def _done_by_jumps(energy: RingEnergy, known: Products, lowered: LoweredOnRails, march: Marched) -> FloatArray:
+def _done_by_jumps(energy: RingEnergy, known: Products, lowered: PlaneData, march: Marched) -> FloatArray:
     """Return the works, as in `RingPowers`, of forces that jump.
 
     The powers have terms with the rate of the forces, over which the integral is the jump times the mean of both sides.
@@ -140,7 +140,7 @@ def _done_by_jumps(energy: RingEnergy, known: Products, lowered: LoweredOnRails,
     return np.asarray(odd.sum(axis=1))
 
 
-def _taken_by_jumps(lowered: LoweredOnRails, march: Marched) -> float:
+def _taken_by_jumps(lowered: PlaneData, march: Marched) -> float:
     """Return what the residual took of the contacts as their forces jumped, J."""
     assert lowered.modes is not None
     times, wheels = march.jumps(), lowered.program.system.wheels
@@ -158,7 +158,7 @@ def _times(state: RingState, sign: float) -> RingState:
 
 
 def _track_at(
-    energy: RingEnergy, lowered: LoweredOnRails, march: Marched, times: FloatArray, starts: Starts
+    energy: RingEnergy, lowered: PlaneData, march: Marched, times: FloatArray, starts: Starts
 ) -> tuple[RingState, _Rail]:
     """Return the ring of equal bays, and the rail under the wheels, at some times."""
     modes, regular, speed = lowered.modes, energy.modes.ring, lowered.program.system.speed

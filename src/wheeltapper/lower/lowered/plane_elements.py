@@ -2,36 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.scenario import Scenario
-from wheeltapper.lower.on_rails import LoweredOnRails
+from wheeltapper.lower.lowered.base import ElementEvents, Variables
+from wheeltapper.lower.lowered.plane_data import PlaneData
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.general.replay import Replayed
 from wheeltapper.march.general.task import Marched
-from wheeltapper.record.elements import suspension
-from wheeltapper.record.elements.dampers_on_rails import first_stop
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from wheeltapper.record.kinds import Variables
 
 FloatArray = NDArray[np.float64]
 
 
-def first_element(lowered: LoweredOnRails) -> int:
-    """Return the number of the first contact that is an element of a suspension."""
-    return first_stop(lowered) + len(lowered.stops)
-
-
-def element_events(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.Dataset:
-    """Return the table of all elements' events."""
+def element_events(lowered: PlaneData, march: Marched) -> ElementEvents:
+    """Return all elements' events."""
     rows, elements = march.seat_events, lowered.plane.elements
-    number = rows[:, contract.EVENT_CONTACT].astype(np.int64) - (first_element(lowered) - len(lowered.plane.wheelsets))
+    number = rows[:, contract.EVENT_CONTACT].astype(np.int64) - (lowered.first_element - len(lowered.plane.wheelsets))
     rows, number = rows[number >= 0], number[number >= 0]
     outwards = rows[:, contract.EVENT_KIND] == contract.IMPACT
     rate = rows[:, contract.EVENT_RATE]
@@ -45,14 +31,14 @@ def element_events(scenario: Scenario, lowered: LoweredOnRails, march: Marched) 
             slips = np.maximum.accumulate(np.where(outwards[mine], np.arange(mine.sum()), 0))
             side[mine] = side[mine][slips]
     names = np.array([element.name for element in elements])
-    return suspension.table_of(
+    return ElementEvents(
         rows[:, contract.EVENT_TIME], names[number] if len(number) else number.astype(str), kind, side, rate
     )
 
 
-def element_motion(lowered: LoweredOnRails, found: Replayed) -> Variables:
+def element_motion(lowered: PlaneData, found: Replayed) -> Variables:
     """Return forces, N, compressions, m, and slips, m, of all elements, (times, elements) each; {} without elements."""
-    elements, first = lowered.plane.elements, first_element(lowered)
+    elements, first = lowered.plane.elements, lowered.first_element
     if not elements:
         return {}
     along = ("time", "element")
@@ -71,12 +57,12 @@ def element_motion(lowered: LoweredOnRails, found: Replayed) -> Variables:
     return out | ({"element_slip": (along, slip)} if any(element.slider[0] for element in elements) else {})
 
 
-def element_energies(lowered: LoweredOnRails, march: Marched, taken: FloatArray) -> tuple[float, float, float]:
+def element_energies(lowered: PlaneData, march: Marched, taken: FloatArray) -> tuple[float, float, float]:
     """Return what elements store, and what their dampers and their dry friction dissipate, J, of one rail.
 
     It is what they do beyond the matrices; `taken` is what each contact took from the bodies.
     """
-    elements, first = lowered.plane.elements, first_element(lowered)
+    elements, first = lowered.plane.elements, lowered.first_element
     springs = dampers = friction = 0.0
     ends = march.at(np.array([march.end])).force[0, first:] if elements else ()
     for element, work, force in zip(elements, taken[first:].tolist(), ends, strict=True):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.vehicle.plane import end_name
-from wheeltapper.lower.on_rails import LoweredOnRails, Stop
+from wheeltapper.lower.lowered.plane_data import PlaneData, Stop
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.general.replay import Replayed
 from wheeltapper.march.general.task import Marched
@@ -15,17 +15,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def has_ends(lowered: LoweredOnRails) -> bool:
-    """Return whether the damper of any wheelset has an end of its own."""
-    return any(wheelset.damper_end for wheelset in lowered.plane.wheelsets)
-
-
-def first_stop(lowered: LoweredOnRails) -> int:
-    """Return the number of the first contact that is a stop of a damper's end."""
-    return len(lowered.plane.wheelsets) + len(lowered.anomalies.voids)
-
-
-def stops_met(lowered: LoweredOnRails, march: Marched) -> tuple[FloatArray, IntArray]:
+def stops_met(lowered: PlaneData, march: Marched) -> tuple[FloatArray, IntArray]:
     """Return the table of the stops that ends meet and leave (`common.program`), and their wheelsets."""
     rows = march.seat_events
     number = rows[:, contract.EVENT_CONTACT].astype(np.int64) - len(lowered.anomalies.voids)
@@ -46,7 +36,7 @@ def stops_met(lowered: LoweredOnRails, march: Marched) -> tuple[FloatArray, IntA
 
 
 def damper_motion(
-    lowered: LoweredOnRails, march: Marched, times: FloatArray, found: Replayed
+    lowered: PlaneData, march: Marched, times: FloatArray, found: Replayed
 ) -> tuple[FloatArray, FloatArray]:
     """Return displacements of the dampers' ends, m, and forces on the wheels, N, upwards, (times, wheelsets) both.
 
@@ -70,13 +60,13 @@ def damper_motion(
         for k, stop in enumerate(lowered.stops):
             if stop.wheelset == i:
                 # the wheel's part of a stop's shape is minus the stop's side
-                force[:, i] += stop.shape[i] * found.force[:, first_stop(lowered) + k] * lowered.force
+                force[:, i] += stop.shape[i] * found.force[:, lowered.first_stop + k] * lowered.force
                 if len(stop.sides) > 1:
                     place[:, i] = _resting_end(lowered, march, stop, times, found) - sinking[i]
     return place, force
 
 
-def _resting_end(lowered: LoweredOnRails, march: Marched, stop: Stop, times: FloatArray, found: Replayed) -> FloatArray:
+def _resting_end(lowered: PlaneData, march: Marched, stop: Stop, times: FloatArray, found: Replayed) -> FloatArray:
     """Return where an end without a bush is, upwards from the wheel at rest, m."""
     wheelset, own = lowered.plane.wheelsets[stop.wheelset], -found.displacement[:, stop.wheelset]
     gap = float(wheelset.damper_play)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
 from typing import Any
 
 import xarray as xr
+
+from wheeltapper.lower.lowered.base import Terms
 
 TERMS = {
     "kinetic": "change of kinetic energy of the vehicle, and of a deck",
@@ -72,22 +73,9 @@ def _former(energies: Energies, name: str, terms: tuple[str, ...]) -> Any:
     return sum((energies[term] for term in terms[1:]), energies[terms[0]])
 
 
-def energies(terms: Mapping[str, float], exchanged: float, joule: float = 1.0, more: float = 0.0) -> Energies:
-    """Return an energy balance.
-
-    Parameters
-    ----------
-    terms
-        By names of TERMS, those that are not there being zero, and of OF_RAILS; and `truncation`. `dissipated` is the
-        sum of its parts.
-    exchanged
-        With which what is left is compared: the magnitudes of all works, as finely as a march tells them apart, and
-        the largest energies that it knows, so that it is not zero where nothing moves.
-    joule
-        Unit of all these, J.
-    more
-        What is left of the balance of the track.
-    """
+def energies(balance: Terms) -> Energies:
+    """Return an energy balance in J; terms that are not there are zero, and `dissipated` is the sum of its parts."""
+    terms, exchanged, joule, more = balance
     values = {name: terms.get(name, 0.0) for name in TERMS} | {name: terms[name] for name in OF_RAILS if name in terms}
     values["dissipated"] = sum(values[name] for name in LOSSES)
     works = sum(values[name] for name in TERMS if name.startswith("work"))

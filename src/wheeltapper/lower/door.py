@@ -1,0 +1,55 @@
+"""From any scenario to its lowered form: that of the march which simulates it."""
+
+from __future__ import annotations
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.needs import FLEXIBLE_TRACK
+from wheeltapper.lower import extent
+from wheeltapper.lower.lowered.base import LoweredScenario
+from wheeltapper.march import run
+
+
+def lowered_scenario(scenario: Scenario, method: str = "default") -> LoweredScenario:
+    """Lower a scenario for the march that simulates it; a record that cannot fit in memory is refused.
+
+    Raises
+    ------
+    InputError
+        If it cannot be simulated.
+    """
+    marcher = run.choose(run.SIMULATE, scenario.needs)
+    if marcher.is_of_wagons:
+        return _lowered_wagon(scenario, method)
+    return _lowered_in_plane(scenario, method) if marcher.is_general else _lowered_wheel(scenario, method)
+
+
+def _lowered_wheel(scenario: Scenario, method: str) -> LoweredScenario:
+    from wheeltapper.lower.build import lower
+
+    extent.check_time(scenario)
+    lowered = lower(scenario, method)
+    extent.check_pieces(scenario, lowered.table)
+    return lowered
+
+
+def _lowered_in_plane(scenario: Scenario, method: str) -> LoweredScenario:
+    from wheeltapper.lower.on_rails import lower_on_rails
+    from wheeltapper.march.general.tables import longest_step
+
+    lowered = lower_on_rails(scenario, method)
+    task = lowered.program
+    longest = longest_step(task.system.ring, task.method, task.system.bodies)
+    extent.check_duration(scenario, task.duration / longest, lowered.row_bytes)
+    return lowered
+
+
+def _lowered_wagon(scenario: Scenario, method: str) -> LoweredScenario:
+    from wheeltapper.lower.lowered.wagon import row_bytes
+    from wheeltapper.lower.wagon import LONGEST, lower_wagon, started
+
+    extent.check_duration(scenario, scenario.duration / LONGEST, row_bytes(len(scenario.vehicle.names)))
+    if FLEXIBLE_TRACK not in scenario.needs:
+        return started(lower_wagon(scenario, method), scenario)
+    from wheeltapper.lower.wagon_on_rails import lower_wagon_on_rails
+
+    return started(lower_wagon_on_rails(scenario, method), scenario)

@@ -1,1 +1,0 @@
-"""Energy of a run, by shares, and what is missing of it."""
