@@ -69,7 +69,7 @@ def test_fewer_passes_than_the_file_holds_are_refused_and_the_file_stays(written
 
 
 def test_a_folder_that_is_not_there_is_refused_before_anything_is_computed(tmp_path, monkeypatch):
-    monkeypatch.setattr(wearing, "RailLine", None)
+    monkeypatch.setattr(wearing, "line_of", None)
     with pytest.raises(wt.InputError, match=r"store: found a place that cannot be written \(No such file"):
         wt.wear_in(SCENE, 3, store=tmp_path / "none" / "wear.nc")
 

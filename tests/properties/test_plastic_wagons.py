@@ -9,8 +9,8 @@ from tests.reference.test_plastic_on_rails import HEAVY, STRUCK, WAVY, in_a_row
 from tests.reference.test_plastic_wagons import row_of_wheelsets
 from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, half_coach
 from wheeltapper.ask.passes import Scatter, drawn_pass
-from wheeltapper.ask.passes_of_wagons import loaded, moved
 from wheeltapper.lower.door import lowered_scenario
+from wheeltapper.lower.lines.wagon import loaded, moved
 from wheeltapper.lower.marks.wagon_marks import path_of
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import multibody

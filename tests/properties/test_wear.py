@@ -9,8 +9,9 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 
 import wheeltapper as wt
-from wheeltapper.ask.passes import RailLine, Scatter
+from wheeltapper.ask.passes import Scatter, after_pass
 from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.door import line_of
 from wheeltapper.lower.laws.plastic import dissipated_by, left_after, loading_force
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.steps.written import scratch_for
@@ -144,9 +145,8 @@ def test_the_parts_of_the_rail_and_the_notes_say_what_happened():
 # -- a surface that has yielded --------------------------------------------------------------------------------------
 
 
-def over(line, surface, number=0):
-    speed, load, start = line._drawn_pass(number)
-    program, law, time = line._pass_program(surface, speed, load, start)
+def over(line, surface):
+    program, law, time = line._program_over(surface, 9.0, float(line.scenario.vehicle.load), 0.0)
     march = single.march(program)
     return program._replace(pieces=march.pieces), march, law.length, time
 
@@ -160,8 +160,8 @@ def looked_at(program, march, times):
 
 @pytest.mark.parametrize("law", ["Thornton", "Stronge", "JacksonGreen", "KogutEtsion"])
 def test_a_hardened_rail_yields_where_it_has_borne_and_the_force_is_continuous_there(law):
-    line = RailLine(scene(speed=9.0, law=law), Scatter(), 4, "strict")
-    surface, first = line.after_pass(line.virgin, 0)
+    line = line_of(scene(speed=9.0, law=law), 0.0, 4, "strict")
+    surface, first = after_pass(line, Scatter(), line.virgin, 0)
     program, march, length, _ = over(line, surface)
     yields = march.events[march.events[:, contract.EVENT_KIND] == contract.YIELD, contract.EVENT_TIME]
     assert len(yields) > 5
@@ -175,7 +175,7 @@ def test_a_hardened_rail_yields_where_it_has_borne_and_the_force_is_continuous_t
     near = 1e-3 if law == "KogutEtsion" else 2e-4  # its force bends sharply just above yield
     np.testing.assert_allclose(after[hardened, OUT_FORCE], before[hardened, OUT_FORCE], rtol=near)
     np.testing.assert_allclose(before[hardened, OUT_FORCE], loading_force(program.law, bore[hardened]), rtol=near)
-    _, second = line.after_pass(surface, 1)
+    _, second = after_pass(line, Scatter(), surface, 1)
     assert abs(second.plastic_work) < 0.5 * abs(first.plastic_work)
     assert first.plastic_work > 0.0 or law == "Stronge"
 

@@ -9,8 +9,9 @@ import wheeltapper as wt
 from tests import rails
 from tests.finite_rail import CONSTANT, STEP, TRACK, WHEEL, FiniteRail, Newmark
 from tests.finite_rail import LOAD as STATIC
-from wheeltapper.ask.passes import RailLine, Scatter
+from wheeltapper.ask.passes import Scatter, after_pass
 from wheeltapper.lower.build import lower
+from wheeltapper.lower.door import line_of
 from wheeltapper.lower.laws.plastic import stretched_rows, virgin_pieces
 from wheeltapper.lower.on_rails import lower_on_rails
 from wheeltapper.march import run
@@ -252,17 +253,17 @@ def in_a_row(count, gap):
 def passes(kind=wt.contact.Thornton):
     """Return a rail under one wheel after the other, by the yielding contact's march, and two metres of it."""
     ride = STRUCK | {"contact": kind(constant=1.405e11, yield_force=1.5e5)}
-    return RailLine(wt.Scenario(vehicle=wt.Wheelset(**HEAVY), duration=0.2, **ride), Scatter(), 4, "strict")
+    return line_of(wt.Scenario(vehicle=wt.Wheelset(**HEAVY), duration=0.2, **ride), 0.0, 4, "strict")
 
 
 @pytest.mark.parametrize("kind", LAWS)
 def test_wheels_that_follow_are_passes_of_the_yielding_contacts_march(kind):
     line = passes(kind)
     gap, surface = 300 * line.virgin.interval, line.virgin
-    ride = STRUCK | {"contact": line.contact}
+    ride = STRUCK | {"contact": line.scenario.contact}
     record = wt.simulate(wt.Scenario(vehicle=in_a_row(3, gap), duration=0.2 + gap / 5.0, **ride), method="strict")
     for number in range(3):
-        program, law, unit = line._pass_program(surface, 10.0, 91_307.0, 0.0)
+        program, law, unit = line._program_over(surface, 10.0, 91_307.0, 0.0)
         march = run.march(program)
         events = march.events
         events = events[events[:, contract.EVENT_TIME] * unit < 0.19]  # behind it marks of the first wheel go on
@@ -271,7 +272,7 @@ def test_wheels_that_follow_are_passes_of_the_yielding_contacts_march(kind):
         found = own.time.values - number * gap / 10.0
         assert found[: len(events)] == pytest.approx(expected, abs=1e-11, rel=0)
         assert own.kind.values[: len(events)].tolist() == [KINDS[int(kind)] for kind in events[:, contract.EVENT_KIND]]
-        surface, _ = line.after_pass(surface, number)
+        surface, _ = after_pass(line, Scatter(), surface, number)
         largest = march.peaks[march.peaks[:, contract.PEAK_TIME] * unit < 0.19, contract.PEAK_FORCE].max()
         own_peaks = record.peaks.isel(peak=record.peaks.wheelset == number + 1)
         own_peaks = own_peaks.normal_force.values[own_peaks.time.values - number * gap / 10.0 < 0.19]

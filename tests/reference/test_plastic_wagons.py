@@ -8,6 +8,7 @@ import wheeltapper as wt
 from tests.reference.test_laws_of_wagons import ARM, GRAVITY, HELD, LEVEL, MASS, ROLL_INERTIA, lone, of_side
 from tests.reference.test_plastic_on_rails import HEAVY, KINDS, LAWS, STRUCK, passes
 from tests.reference.test_wagon_on_rails import NUMBERS, TRACK, half_coach
+from wheeltapper.ask.passes import Scatter, after_pass
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 
@@ -209,7 +210,7 @@ def test_wheelsets_that_follow_are_passes_of_the_yielding_contacts_march(kind):
     scene = wt.Scenario(vehicle=row_of_wheelsets(3, gap), profiles=LEVEL, duration=0.2 + gap / 5.0, **ride)
     record = wt.simulate(scene, "strict")
     for number in range(3):
-        program, law, unit = line._pass_program(surface, 10.0, 91_307.0, 0.0)
+        program, law, unit = line._program_over(surface, 10.0, 91_307.0, 0.0)
         march = run.march(program)
         events = march.events[march.events[:, contract.EVENT_TIME] * unit < 0.19]
         own = _of_wheel(record.events, number, gap)
@@ -222,7 +223,7 @@ def test_wheelsets_that_follow_are_passes_of_the_yielding_contacts_march(kind):
         )
         forces = peaks[:, contract.PEAK_FORCE] * HEAVY["mass"] * law.length / unit**2
         assert 2 * found.normal_force.values[: len(peaks)] == pytest.approx(forces, rel=1e-8)
-        surface, _ = line.after_pass(surface, number)
+        surface, _ = after_pass(line, Scatter(), surface, number)
 
 
 def _of_wheel(table, number, gap):

@@ -34,7 +34,7 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
     """Compute some cells of a study: those in which the varied fields have the given values."""
     from wheeltapper.lower.many import LoweredCells
 
-    cells, on_rails = len(next(iter(changed.values()))), asked.marcher.is_general and not asked.by_differences
+    cells = len(next(iter(changed.values())))
 
     def compute_range(*bounds: int) -> list[ComputedCells]:
         parts = []
@@ -56,11 +56,11 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
             from wheeltapper.ask.by_records import computed_by_records
 
             return computed_by_records(asked, changed, threads)
-        if on_rails:
-            from wheeltapper.ask.on_rails import computed_on_rails
-            from wheeltapper.ask.sensitivity_on_rails import slopes_on_rails
+        if asked.marcher.is_general:
+            from wheeltapper.ask.shared_tables import computed_with_tables
+            from wheeltapper.ask.slopes_of_trains import slopes_of_trains
 
-            return (slopes_on_rails if asked.gradient else computed_on_rails)(asked, changed, threads)
+            return (slopes_of_trains if asked.gradient else computed_with_tables)(asked, changed, threads)
         many = LoweredCells(asked.scenario, changed, asked.method)
         _set_end(asked, many.cells.numbers)
         return _computed_gradients(asked, many, threads) if asked.gradient else _computed_values(asked, many, threads)

@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 
 from wheeltapper._version import __version__
 from wheeltapper.ask.marks import Marks, marks
-from wheeltapper.ask.passes import PassResult, RailLine, Scatter
-from wheeltapper.ask.passes_of_wagons import RailLineOfWagons
-from wheeltapper.ask.passes_on_rails import RailLineOnTrack
+from wheeltapper.ask.passes import PassResult, Scatter, after_pass
 from wheeltapper.ask.spec import file_digests
 from wheeltapper.ask.wear_files import beside_of, locked_file, unwritable_error
 from wheeltapper.describe.scenario import Scenario
@@ -27,6 +25,8 @@ from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.ground.progress import Progress, progress_counter, progress_shown
 from wheeltapper.ground.warned import warn_of
+from wheeltapper.lower.door import line_of
+from wheeltapper.lower.lines.base import Line
 from wheeltapper.lower.marks.marks import Surface
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
@@ -211,22 +211,19 @@ def _checked_vehicles(vehicles: Any) -> tuple[Any, ...]:
     return out
 
 
-def _line_of(
-    scenario: Scenario, options: Scatter, samples: int, method: str, vehicles: tuple[Any, ...]
-) -> RailLine | RailLineOnTrack | RailLineOfWagons:
+def _line_of(scenario: Scenario, options: Scatter, samples: int, method: str, vehicles: tuple[Any, ...]) -> Line:
     """Return the rail over which a scenario, or vehicles in turn, pass again and again."""
-    marcher = run.choose(run.WEAR_IN, scenario.needs)
+    run.choose(run.WEAR_IN, scenario.needs)
+    are_wagons = SEVERAL_BODIES in scenario.needs
     for i, vehicle in enumerate(vehicles):
-        if (SEVERAL_BODIES in vehicle.needs) != marcher.is_of_wagons:
-            allowed = (
-                "a Wagon, as the scenario has one" if marcher.is_of_wagons else "no Wagon, as the scenario has none"
-            )
+        if (SEVERAL_BODIES in vehicle.needs) != are_wagons:
+            allowed = "a Wagon, as the scenario has one" if are_wagons else "no Wagon, as the scenario has none"
             raise InputError("", f"scatter.vehicles.{i}", value_text(vehicle), allowed)
-    if marcher.is_of_wagons:
-        return RailLineOfWagons(scenario, options, samples, method, vehicles)
-    if marcher.is_general or vehicles:
-        return RailLineOnTrack(scenario, options, samples, method, vehicles)
-    return RailLine(scenario, options, samples, method)
+    for wagon in (vehicles or (scenario.vehicle,)) if are_wagons and options.load else ():
+        if not wagon.bodies and not any(axle.load for axle in wagon.axles):
+            found = f"{options.load:g} with a Wagon that has neither bodies nor loads on its wheelsets"
+            raise InputError("", "scatter.load", found, "0")
+    return line_of(scenario, options.start, samples, method, vehicles)
 
 
 class _Evolution:
@@ -236,7 +233,7 @@ class _Evolution:
         self, scenario: Scenario, options: Scatter, every: int, samples: int, method: str, store: Path | None,
         vehicles: tuple[Any, ...] = (),
     ) -> None:  # fmt: skip
-        self._line = _line_of(scenario, options, samples, method, vehicles)
+        self._line, self._scatter = _line_of(scenario, options, samples, method, vehicles), options
         warn_of(self._line.notes)
         self._every, self._store = every, store
         self._request = json.dumps(
@@ -279,7 +276,7 @@ class _Evolution:
         count = count or progress_counter("passes", passes, self._state[1])
         try:
             while self._state[1] < passes and not self._ended:
-                surface, told = self._line.after_pass(*self._state)
+                surface, told = after_pass(self._line, self._scatter, *self._state)
                 done = self._state[1] + 1
                 self._passes[done - 1 :] = [told]
                 if done % self._every == 0:
@@ -330,7 +327,7 @@ class _Evolution:
             name: ("pass", columns[name], {"units": unit, "long_name": words})
             for name, (unit, words) in PER_PASS.items()
         }
-        sides: tuple[str, ...] = ("side",) if isinstance(line, RailLineOfWagons) else ()
+        sides: tuple[str, ...] = ("side",) if line.sides else ()
         along, waves = ("kept", *sides, "position"), ("kept", *sides, "wavelength")
         variables |= {
             "height": (along, heights, {"units": "m", "long_name": "height of the rail"}),
@@ -353,7 +350,7 @@ class _Evolution:
             "wavelength": ("wavelength", wavelength, {"units": "m", "long_name": "wavelength"}),
         }
         if sides:
-            coordinates["side"] = [*RailLineOfWagons.sides]
+            coordinates["side"] = [*line.sides]
         return xr.Dataset(variables, coordinates, self._evolution_attributes())
 
     def _evolution_attributes(self) -> dict[str, Any]:

@@ -1,10 +1,14 @@
-"""From any scenario to its lowered form: that of the march which simulates it."""
+"""From any scenario to its lowered form, that of the march which simulates it, and to the rail that it wears."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.needs import FLEXIBLE_TRACK
 from wheeltapper.lower import extent
+from wheeltapper.lower.lines.base import Line
 from wheeltapper.lower.lowered.base import LoweredScenario
 from wheeltapper.march import run
 
@@ -53,3 +57,21 @@ def _lowered_wagon(scenario: Scenario, method: str) -> LoweredScenario:
     from wheeltapper.lower.wagon_on_rails import lower_wagon_on_rails
 
     return started(lower_wagon_on_rails(scenario, method), scenario)
+
+
+def line_of(
+    scenario: Scenario, start: float, per_interval: int, method: str, vehicles: Sequence[Any] = ()
+) -> Line:  # fmt: skip
+    """Return the rail over which a scenario, or vehicles in turn, pass; `per_interval`: samples in half a semi-axis."""
+    marcher = run.choose(run.WEAR_IN, scenario.needs)
+    if marcher.is_of_wagons:
+        from wheeltapper.lower.lines.wagon import WagonLine
+
+        return WagonLine(scenario, start, per_interval, method, vehicles)
+    if marcher.is_general or vehicles:
+        from wheeltapper.lower.lines.plane import PlaneLine
+
+        return PlaneLine(scenario, start, per_interval, method, vehicles)
+    from wheeltapper.lower.lines.wheel import WheelLine
+
+    return WheelLine(scenario, start, per_interval, method)

@@ -30,7 +30,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def computed_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int) -> ComputedCells:
+def computed_with_tables(asked: Study, changed: dict[str, FloatArray], threads: int) -> ComputedCells:
     """Compute some cells of a study: those in which the varied fields have the given values."""
     many = CellsOnRails(asked.scenario, changed, asked.method)
     alone = asked.needs_tally or many.tasks[0].memory is not None

@@ -37,7 +37,7 @@ FloatArray = NDArray[np.float64]
 OF_TIME, OF_SIZE = range(2)
 
 
-def slopes_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int) -> ComputedCells:
+def slopes_of_trains(asked: Study, changed: dict[str, FloatArray], threads: int) -> ComputedCells:
     """Compute some cells of a study on rails: features and their derivatives."""
     count = progress_counter("cells", len(next(iter(changed.values()))))
     held = Fields(asked.scenario)

@@ -1,0 +1,1 @@
+"""Rails over which vehicles pass again and again; one file for each march."""
