@@ -299,7 +299,7 @@ def test_the_paths_of_followers_are_those_that_the_marks_make(vehicle):
     assert again.events[:, :2] == pytest.approx(marched.events[:, :2], abs=1e-13)
     assert set(again.events[again.events[:, 1] == contract.YIELD, 3]) == set(range(len(system.contacts)))
     marking = task.memory.begin()
-    marking.press(again.found)
+    again.lay(marking)
     for pieces, one in zip(marking.pieces(), system.contacts, strict=True):
         x = one.start + np.linspace(0.0, 5.9, 4000)
         new = one._replace(pieces=pieces)

@@ -101,9 +101,9 @@ class _Plane:
 
     def margin(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the margin in m at each pair of values."""
-        if self.marcher.is_of_wagons:
+        if self.marcher.cells == run.ALONE_EACH:
             return self._margin_by_records(x, y)
-        if self.marcher.is_general:
+        if self.marcher.cells == run.SHARING_TABLES:
             return self._margin_on_rails(x, y)
         from wheeltapper.lower.many import LoweredCells
         from wheeltapper.march.wheel.margin import margins_of

@@ -43,7 +43,7 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
                 parts.append(compute_cells(asked, {path: values[a:b] for path, values in changed.items()}, threads))
         return parts
 
-    slab = SLAB if asked.marcher in run.IN_LANES else SLAB_OF_OBJECTS
+    slab = SLAB if asked.marcher.cells == run.LOCKSTEP else SLAB_OF_OBJECTS
     if cells > slab:
         return ComputedCells.joined_parts(compute_range(*range(0, cells, slab), cells))
     try:
@@ -56,7 +56,7 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
             from wheeltapper.ask.by_records import computed_by_records
 
             return computed_by_records(asked, changed, threads)
-        if asked.marcher.is_general:
+        if asked.marcher.cells == run.SHARING_TABLES:
             from wheeltapper.ask.shared_tables import computed_with_tables
             from wheeltapper.ask.slopes_of_trains import slopes_of_trains
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.irregularity.measured import Measured
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import ALONE
 from wheeltapper.ground.shown import Shown
 from wheeltapper.lower.laws.plastic import PlasticLaw, patch_semi_axis
 from wheeltapper.lower.marks.marks import SAMPLES, SEMI_AXIS, Surface
@@ -110,12 +111,12 @@ def marks(record: Record) -> Marks:
     import xarray as xr
 
     scenario, contacts = record.scenario, record._contacts
-    marcher = run.choose(run.MARKS, scenario.needs)
+    run.choose(run.MARKS, scenario.needs)
     share, way = scenario.contact.share_of_rail, float(scenario.speed * record.end)
     semi_axis = _semi_axis(record)
     wheels = [_rolled(record, one, way, semi_axis / SEMI_AXIS / SAMPLES) for one in range(len(contacts.position))]
     start = float(contacts.position.min())
-    if scenario.rolling == "point" and marcher not in run.WHEELS:
+    if scenario.rolling == "point" and ALONE not in scenario.needs:
         surfaces = _surfaces(record, way, semi_axis)
         inside = surfaces[0].sample_positions <= float(np.ptp(contacts.position)) + way
         found = [(one.sample_positions[inside] + start, one.settled_indentation()[inside]) for one in surfaces]

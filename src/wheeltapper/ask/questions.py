@@ -11,9 +11,7 @@ TANGENTS = run.Question("gradient", run.GRADIENT.meaning, (run.WHEEL, *run.TURNE
 """What has exact derivatives: those of the steps that were made."""
 GRADIENT = replace(run.GRADIENT, marchers=run.MARCHERS, lacks=frozenset())
 """Anything: where there are no tangents, derivatives are differences of whole runs."""
-_PARTING = tuple(
-    run.Marcher(one.name, one.covers - {BILATERAL}, one.requires) for one in (run.WAGON, run.WAGON_ON_RAILS)
-)
+_PARTING = tuple(replace(one, covers=one.covers - {BILATERAL}) for one in (run.WAGON, run.WAGON_ON_RAILS))
 """A wagon's marches of contacts that can be lost."""
 BORDER = replace(run.BORDER, marchers=(*run.WHEELS, run.PARTING, *_PARTING))
 QUESTIONS = run.QUESTIONS | {question.name: question for question in (GRADIENT, BORDER)}

@@ -62,7 +62,7 @@ def _usual_chunk(study: Study) -> int:
     """Return how many cells a chunk has where none is said: some seconds of work."""
     if study.by_records or study.by_differences:
         return CHUNK_OF_RECORDS
-    return CHUNK if study.marcher in run.IN_LANES else CHUNK_OF_OBJECTS
+    return CHUNK if study.marcher.cells == run.LOCKSTEP else CHUNK_OF_OBJECTS
 
 
 class Store:

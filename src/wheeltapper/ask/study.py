@@ -20,7 +20,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list, as_quantity, check_choice, check_flag
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.memory import check_room
-from wheeltapper.ground.needs import Need
+from wheeltapper.ground.needs import SEVERAL_BODIES, Need
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.contacts import SIDES
 from wheeltapper.lower.fields import Fields
@@ -117,13 +117,13 @@ class Study:
     @property
     def by_records(self) -> bool:
         """Whether each cell is a run with a record of its own: there are no tables that cells could share."""
-        return self.marcher.is_of_wagons
+        return self.marcher.cells == run.ALONE_EACH
 
     @property
     def wheel_axes(self) -> dict[str, list[int] | list[str]]:
         """Names of wheelsets and sides, each of which has a value of every feature; nothing where there is but one."""
         vehicle = self.scenario.vehicle
-        if self.marcher.is_of_wagons:
+        if SEVERAL_BODIES in vehicle.needs:
             return {"wheelset": [*range(1, len(vehicle.axles) + 1)], "side": [*SIDES[:2]]}
         wheelsets = len(getattr(vehicle, "positions", (0.0,)))
         return {"wheelset": [*range(1, wheelsets + 1)]} if wheelsets > 1 else {}
@@ -136,7 +136,7 @@ class Study:
     @property
     def dear_axes(self) -> tuple[int, ...]:
         """Axes along which tables of the track differ: cells that share them should be computed together."""
-        if not self.marcher.is_general or not self.grid:
+        if self.marcher.cells != run.SHARING_TABLES or not self.grid:
             return ()
         return tuple(
             number for number, axis in enumerate(self.axes)
@@ -312,7 +312,7 @@ def _has_no_tangents(scenario: Scenario, by: Sequence[str], varied: Sequence[str
     begun = [path for path in {*by, *varied} if Fields(scenario)(path) == 0.0]
     needs = scenario.needs.union(*(scenario.replaced({path: BESIDE}).needs for path in begun))
     marcher = run.fastest_march(TANGENTS, needs)
-    if marcher is None or not marcher.is_general:
+    if marcher is None or marcher.cells != run.SHARING_TABLES:
         return marcher is None
     return any(not_turned(scenario, path) for path in by) or any(feature.of_heights for feature in features)
 

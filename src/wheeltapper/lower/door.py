@@ -21,10 +21,9 @@ def lowered_scenario(scenario: Scenario, method: str = "default") -> LoweredScen
     InputError
         If it cannot be simulated.
     """
-    marcher = run.choose(run.SIMULATE, scenario.needs)
-    if marcher.is_of_wagons:
-        return _lowered_wagon(scenario, method)
-    return _lowered_in_plane(scenario, method) if marcher.is_general else _lowered_wheel(scenario, method)
+    cells = run.choose(run.SIMULATE, scenario.needs).cells
+    lowered = {run.ALONE_EACH: _lowered_wagon, run.SHARING_TABLES: _lowered_in_plane}
+    return lowered.get(cells, _lowered_wheel)(scenario, method)
 
 
 def _lowered_wheel(scenario: Scenario, method: str) -> LoweredScenario:
@@ -63,12 +62,12 @@ def line_of(
     scenario: Scenario, start: float, per_interval: int, method: str, vehicles: Sequence[Any] = ()
 ) -> Line:  # fmt: skip
     """Return the rail over which a scenario, or vehicles in turn, pass; `per_interval`: samples in half a semi-axis."""
-    marcher = run.choose(run.WEAR_IN, scenario.needs)
-    if marcher.is_of_wagons:
+    cells = run.choose(run.WEAR_IN, scenario.needs).cells
+    if cells == run.ALONE_EACH:
         from wheeltapper.lower.lines.wagon import WagonLine
 
         return WagonLine(scenario, start, per_interval, method, vehicles)
-    if marcher.is_general or vehicles:
+    if cells == run.SHARING_TABLES or vehicles:
         from wheeltapper.lower.lines.plane import PlaneLine
 
         return PlaneLine(scenario, start, per_interval, method, vehicles)

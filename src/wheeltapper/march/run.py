@@ -7,7 +7,7 @@ asked further; no kernel is imported before.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, overload
@@ -71,29 +71,29 @@ class Marcher:
         What it takes.
     requires
         What it is for, and does nothing without.
+    cells
+        How it marches the cells of a map: LOCKSTEP, eight at a time; AS_OBJECTS, lowered together; SHARING_TABLES of
+        the track; or ALONE_EACH, which share nothing.
     """
 
     name: str
     covers: frozenset[Need]
     requires: frozenset[Need] = NOTHING
+    cells: str = "alone"
 
-    @property
-    def is_general(self) -> bool:
-        """Whether it is the general march, perhaps of less than it covers."""
-        return self.name == GENERAL.name
 
-    @property
-    def is_of_wagons(self) -> bool:
-        """Whether it is a wagon's march, perhaps of less than it covers: it marches each cell of a map alone."""
-        return self.name in (WAGON.name, WAGON_ON_RAILS.name)
+LOCKSTEP, AS_OBJECTS, SHARING_TABLES, ALONE_EACH = "in lockstep", "as objects", "sharing tables", "alone"
+"""How a march takes the cells of a map."""
 
 
 _ONE_WHEEL = frozenset({DECK, DECK_ENDS, IRREGULARITY, POINT, START})
-WHEEL = Marcher("the wheelset's march", _ONE_WHEEL | {LINEAR, BILATERAL, HYSTERESIS})
-YIELDING_WHEEL = Marcher("the yielding contact's march", _ONE_WHEEL | {YIELDING, ALONE, MEMORY}, frozenset({YIELDING}))
+WHEEL = Marcher("the wheelset's march", _ONE_WHEEL | {LINEAR, BILATERAL, HYSTERESIS}, cells=LOCKSTEP)
+YIELDING_WHEEL = Marcher(
+    "the yielding contact's march", _ONE_WHEEL | {YIELDING, ALONE, MEMORY}, frozenset({YIELDING}), AS_OBJECTS
+)  # fmt: skip
 ENDED_WHEEL = Marcher(
     "the march with a damper's end", _ONE_WHEEL | {LINEAR, HYSTERESIS, DAMPER_END, DAMPER_PLAY},
-    frozenset({DAMPER_END}),
+    frozenset({DAMPER_END}), LOCKSTEP,
 )  # fmt: skip
 WAGON = Marcher(
     "the wagon's march",
@@ -116,25 +116,26 @@ GENERAL = Marcher(
     frozenset({
         DAMPER_END, DAMPER_PLAY, DECK, DECK_ENDS, FLEXIBLE_TRACK, ANOMALY, VOID, WHEELSETS, BOGIE, YIELDING, OWN_LAW,
         LINEAR, BILATERAL, HYSTERESIS, PLACES, IRREGULARITY, POINT, START, *KINKS,
-    }),
+    }), cells=SHARING_TABLES,
 )  # fmt: skip
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
-IN_LANES = (WHEEL, ENDED_WHEEL)
-"""Marches whose cells go in lanes."""
 MARCHERS = (*WHEELS, WAGON, WAGON_ON_RAILS, GENERAL)
 """All marches, the fastest first."""
 ROW = Marcher("the march of wheelsets in a row", frozenset({DECK, DECK_ENDS, IRREGULARITY, POINT, DAMPER_END}))
 """The wagon's march, where wheelsets that share a deck are made a wagon: it knows a bush, but no play."""
 
 
-PARTING = Marcher(GENERAL.name, GENERAL.covers - {BILATERAL})
+PARTING = replace(GENERAL, covers=GENERAL.covers - {BILATERAL})
 """The general march of contacts that can be lost."""
 UNDAMPED_WAGONS = tuple(
-    Marcher(one.name, one.covers - {HYSTERESIS, BILATERAL}, one.requires) for one in (WAGON, WAGON_ON_RAILS)
-)
+    replace(one, covers=one.covers - {HYSTERESIS, BILATERAL}) for one in (WAGON, WAGON_ON_RAILS)
+)  # fmt: skip
 """The wagon's marches of contacts that lose their force where they part, and only there."""
 _TURNED = GENERAL.covers - {ANOMALY, VOID, DAMPER_PLAY, DECK_ENDS, *KINKS}
-TURNED = Marcher(GENERAL.name, _TURNED - {DAMPER_END}), Marcher(GENERAL.name, _TURNED, frozenset({FLEXIBLE_TRACK}))
+TURNED = (
+    replace(GENERAL, covers=_TURNED - {DAMPER_END}),
+    replace(GENERAL, covers=_TURNED, requires=frozenset({FLEXIBLE_TRACK})),
+)
 """The general march of contacts that all go along the track, on the same bodies, where it also simulates: the end of a
 damper that is not on rails is another march's."""
 

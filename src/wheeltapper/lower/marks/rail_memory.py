@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,9 +17,6 @@ from wheeltapper.lower.laws.plastic import PlasticLaw
 from wheeltapper.lower.marks.marks import SEMI_AXIS, MarkedPath, Surface
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray
-
-if TYPE_CHECKING:
-    from wheeltapper.march.general.march import Found
 
 BEHIND = 8
 """Intervals of the surface by which a wheel stays behind the marks that it does not know yet: two patches."""
@@ -89,22 +85,10 @@ class Marking:
         """Return the number of samples that lie before a place."""
         return int(np.searchsorted(self._memory.before.sample_positions, s))
 
-    def press(self, found: Found) -> None:
-        """Take what the wheels of a march have pressed since the last time."""
-        from wheeltapper.march.general.replay import pressed, surface_along
-
-        memory, system = self._memory, found.prepared.system
-        way = min(system.speed * found.time, memory.end)
-        for wheel, places in self.ahead(way):
-            depths, forces = pressed(found, wheel, (places - memory.offsets[wheel]) / system.speed)
-            depths = np.maximum(depths, 0.0) + surface_along(system.contacts[wheel], places)[0]
-            constant, onset, *_ = system.contacts[wheel].law.numbers
-            self.take(wheel, depths, forces / (constant * onset**1.5))
-
     def ahead(self, way: float) -> Iterator[tuple[int, FloatArray]]:
         """Return each wheel with the samples that it has passed since the last time when it has rolled so far, m."""
         for k, wheel in enumerate(self._order):
-            last = self._sample(self._memory.offsets[wheel] + way)
+            last = self._sample(self._memory.offsets[wheel] + min(way, self._memory.end))
             yield wheel, self._memory.before.sample_positions[self._fronts[k] : last]
 
     def take(self, wheel: int, depths: FloatArray, pressures: FloatArray) -> None:

@@ -6,7 +6,8 @@ downwards, the heights of a path upwards, and forces press the wheel up and the 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Iterator
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -190,8 +191,12 @@ class Method(NamedTuple):
 class Marking(Protocol):
     """What wheels leave on their way for others, while a march is under way."""
 
-    def press(self, found: Any) -> None:
-        """Take what the wheels have done up to the end of a march that goes on."""
+    def ahead(self, way: float) -> Iterator[tuple[int, FloatArray]]:
+        """Return each wheel with the places that it has passed since the last time when it has rolled so far, m."""
+        ...
+
+    def take(self, wheel: int, depths: FloatArray, pressures: FloatArray) -> None:
+        """Take how deep a wheel has indented the virgin surface there, m, and its forces over that at first yield."""
         ...
 
     def pieces(self) -> list[FloatArray]:

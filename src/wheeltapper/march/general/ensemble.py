@@ -29,6 +29,7 @@ from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.march import Found, Rest
 from wheeltapper.march.general.modal import TOGETHER
 from wheeltapper.march.general.records import Data, Logs, Room, Stage, Tables
+from wheeltapper.march.general.replay import lay
 from wheeltapper.march.general.structure import ComplexArray
 
 OF_A_PLACE = 150.0
@@ -402,7 +403,7 @@ def _one_by_one(tasks: Sequence[Task], shared: Shared, stopped: Callable[[], boo
     for number, task in enumerate(tasks):
         if stopped():
             break
-        found = general.run(general.prepared_task(task, shared.track), task.duration, memory=task.memory)
+        found = general.run(general.prepared_task(task, shared.track), task.duration, memory=task.memory, lay=lay)
         wheels = len(task.system.wheels)
         events, peaks = (
             table[table[:, column] < wheels] for table, column in ((found.events, 3), (found.peaks[:, :3], 2))
@@ -448,7 +449,7 @@ def march_alone(tasks: Sequence[Task], threads: int, read: Callable[[int, Found]
                 task = tasks[number]
                 read(
                     number,
-                    general.run(general.prepared_task(task, shared.track), task.duration, memory=task.memory),
+                    general.run(general.prepared_task(task, shared.track), task.duration, memory=task.memory, lay=lay),
                 )
 
     on_threads(works_of(tasks, threads), threads, march_work)

@@ -18,7 +18,7 @@ from wheeltapper.march.general import tables as tabulation
 from wheeltapper.march.general.at_rest import MOST_NEWTON, indentation_at_rest
 from wheeltapper.march.general.basis import FLIGHT_DEGREE, flight_nodes, gauss_nodes
 from wheeltapper.march.general.borders import NOWHERE
-from wheeltapper.march.general.contract import DEFAULT, Bodies, Contact, Law, Memory, Method, System, Task
+from wheeltapper.march.general.contract import DEFAULT, Bodies, Contact, Law, Marking, Memory, Method, System, Task
 from wheeltapper.march.general.crossings import DEEPEST
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.laws.corners import STRETCH_BEGIN, STRETCH_FORCE, STRETCH_PLACE, STRETCH_SLOPE
@@ -785,19 +785,25 @@ def march(
     return run(prepare(system, method, start, duration), duration, tell)
 
 
-def march_task(task: Task, tell: Tell = report_nothing) -> Found:
-    """March a task from equilibrium."""
-    return run(prepare(task.system, task.method, None, task.duration), task.duration, tell, task.memory)
+Lay = Callable[["Found", Marking], None]
+"""Lays the marks of a march so far (`replay.lay`)."""
+
+
+def march_task(task: Task, tell: Tell = report_nothing, lay: Lay | None = None) -> Found:
+    """March a task from equilibrium; where it has a memory, `lay` lays marks on the way."""
+    return run(prepare(task.system, task.method, None, task.duration), task.duration, tell, task.memory, lay)
 
 
 def run(
-    prepared: Prepared, duration: float, tell: Tell = report_nothing, memory: Memory | None = None
+    prepared: Prepared, duration: float, tell: Tell = report_nothing, memory: Memory | None = None,
+    lay: Lay | None = None,
 ) -> Found:  # fmt: skip
     """March a prepared system for some time, in whole macro steps; nothing after the time is told."""
     grid = prepared.grid
     total = grid.steps_until(duration)
     motion = Motion(*(table.copy() for table in prepared.motion))
     marking, chunk = None, GENERAL_CHUNK
+    assert memory is None or lay is not None
     if memory is not None and grid.speed > 0.0:
         marking, chunk = memory.begin(), max(1, min(GENERAL_CHUNK, int(memory.reach / (grid.speed * grid.longest))))
     contacts, q = len(prepared.data.starts), prepared.method.nodes
@@ -821,8 +827,8 @@ def run(
         if tell(float(grid.times(np.array(done)))) and done < total:
             status = numbers.FULL
             break
-        if marking is not None and done < total and status in (numbers.RUNNING, numbers.FULL):
-            marking.press(_found(prepared, numbers.RUNNING, done, np.inf, _joined(kept)))
+        if marking is not None and lay is not None and done < total and status in (numbers.RUNNING, numbers.FULL):
+            lay(_found(prepared, numbers.RUNNING, done, np.inf, _joined(kept)), marking)
             prepared = _over(prepared, marking.pieces(), motion, done)
     return _found(prepared, numbers.DONE if done >= total else int(status), done, duration, _joined(kept))
 

@@ -19,7 +19,7 @@ from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.careful import sigma_of, sigmas_of
-from wheeltapper.march.general.contract import Contact
+from wheeltapper.march.general.contract import Contact, Marking
 from wheeltapper.march.general.laws.switch import FREE_PLAY, SWITCHING, TWO_SIDED
 from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY, IM, RE
 from wheeltapper.march.general.march import Found
@@ -290,6 +290,18 @@ def pressed(found: Found, contact: int, times: FloatArray) -> tuple[FloatArray, 
     for some, part in found.by_stretch(step) if len(times) else ():
         indented[some], force[some] = _pressed(part, contact, times[some], step[some], theta[some])
     return indented, force
+
+
+def lay(found: Found, marking: Marking) -> None:
+    """Let a memory of rails take what the wheels have done since the last time."""
+    system = found.prepared.system
+    for wheel, places in marking.ahead(system.speed * found.time):
+        contact = system.contacts[wheel]
+        depths, forces = pressed(found, wheel, (places - contact.start) / system.speed)
+        constant, onset, *_ = contact.law.numbers
+        marking.take(
+            wheel, np.maximum(depths, 0.0) + surface_along(contact, places)[0], forces / (constant * onset**1.5)
+        )
 
 
 def _pressed(

@@ -141,7 +141,7 @@ class Marched(NamedTuple):
 
     def lay(self, marking: Marking) -> None:
         """Let a memory of rails take what the wheels have done."""
-        marking.press(self.found)
+        replay.lay(self.found, marking)
 
     def log(self, task: Task) -> dict[str, FloatArray]:
         """Return what brings this march back where its task is known."""
@@ -218,7 +218,7 @@ class Marched(NamedTuple):
 
 def march(task: Task, tell: Tell = report_nothing) -> Marched:
     """March a task."""
-    return marched_of(task, march_task(task, tell))
+    return marched_of(task, march_task(task, tell, replay.lay))
 
 
 def march_alone(tasks: Sequence[Task], threads: int, read: Callable[[int, Marched], None]) -> None:
