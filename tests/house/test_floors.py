@@ -55,6 +55,19 @@ def test_nothing_above_opens_a_kernel() -> None:
     assert opened(f"{wrong}dense.integrals(1)\ndense.OUT_FORCE") == ["march_kernel", "dense.integrals"]
 
 
+def test_nothing_above_reaches_into_a_march_or_asks_which_it_is() -> None:
+    reaches = re.compile(r"\.(?:prepared|logs)\b|marcher (?:is|is not|in|not in) run\.|marcher\.name|type\(march\)")
+    above = [*ABOVE, *sorted((SOURCE / "lower").rglob("*.py"))]
+    assert {path.name: lines for path in above if (lines := reaches.findall(path.read_text(encoding="utf-8")))} == {}
+    assert len(reaches.findall("if marcher is run.GENERAL: march.found.prepared, march.logs.rows")) == 3
+
+
+def test_records_and_questions_are_not_named_after_a_march_or_a_track() -> None:
+    named = re.compile(r"on_rails|of_wagons|wagon|_rails|rail_")
+    for floor in ("record", "ask", "diagnosis"):
+        assert [path.stem for path in (SOURCE / floor).rglob("*.py") if named.search(path.stem)] == []
+
+
 def test_nothing_above_asks_for_the_class_of_a_noun_to_choose() -> None:
     asks = re.compile(rf"(?<!assert )isinstance\((?:\w+\.)*(?:vehicle|contact|track|start|creep), (?:{NOUNS})\b.*")
     assert {path.name: lines for path in ABOVE if (lines := asks.findall(path.read_text(encoding="utf-8")))} == {}

@@ -20,11 +20,10 @@ from wheeltapper.lower.lowered.wagon import LoweredWagon
 from wheeltapper.lower.marks.wagon_marks import WornRails
 from wheeltapper.lower.on_rails import GENERAL_METHODS, SUDDEN, check_speed
 from wheeltapper.lower.standing import normal_forces
-from wheeltapper.lower.track.anomalies import Void, anomalies_of, check_seats
+from wheeltapper.lower.track.anomalies import Void, arms_of, check_seats, voids_of
 from wheeltapper.lower.track.irregular import IrregularModes
 from wheeltapper.lower.track.reach import Reach, cutoff_note, modes_of, rolling_modes_of
 from wheeltapper.lower.track.ring import TrackModes
-from wheeltapper.lower.track.section import section_of
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march.general.contract import Port
 from wheeltapper.march.general.march import forces_of_ports, rest_of
@@ -70,9 +69,9 @@ def lower_wagon_on_rails(
     check_speed(float(scenario.speed), scenario.track, modes.ring, chosen, float(scenario.speed * scenario.duration))
     way, seat = float(scenario.speed * scenario.duration), float(scenario.track.first_sleeper)
     recurring = check_seats(scenario.track, reach.bays, float(places.min()) - seat, float(places.max()) + way - seat)
-    units, voids = _units(lowered), voids_of(scenario, reach.bays)
+    units, voids = _units(lowered), voids_of(scenario.track, reach.bays)
     from_seat = places - float(scenario.track.first_sleeper)
-    below = _sleepers(modes, voids, np.ones(len(voids))), _sleepers(rolling, voids, arms_of(scenario, reach.bays))
+    below = _sleepers(modes, voids, np.ones(len(voids))), _sleepers(rolling, voids, arms_of(scenario.track, reach.bays))
     track = Track(rings, chosen, from_seat, float(scenario.speed), units, below)
     static = normal_forces(lowered.assembly, lowered.assembly.start, len(places)).T
     rest = [rest_of(system_of(track, way)) for way in (ALIKE, AGAINST)]
@@ -90,28 +89,10 @@ def lower_wagon_on_rails(
     return replace(lowered, assembly=assembly, below=on_rails, voids=voids, notes=(*lowered.notes, *said))
 
 
-def voids_of(scenario: Scenario, bays: int) -> tuple[Void, ...]:
-    """Return the voids below the sleepers, as one rail's half of each feels them."""
-    return anomalies_of(scenario.track, section_of(scenario.track), bays).voids
-
-
-def _rolling_voids_of(scenario: Scenario, bays: int) -> tuple[Void, ...]:
-    """Return the voids as rails feel them that move against one another."""
-    track = scenario.track
-    return anomalies_of(track, section_of(track, rolling=track.rolls), bays).voids
-
-
-def arms_of(scenario: Scenario, bays: int) -> FloatArray:
-    """Return how far out the ballast below each void is where sleepers roll, in distances of the rails."""
-    both = voids_of(scenario, bays), _rolling_voids_of(scenario, bays)
-    bounce, roll = (np.array([void.stiffness for void in voids]) for voids in both)
-    return np.asarray(np.sqrt(roll / bounce))
-
-
 def _dampers_elsewhere(scenario: Scenario, bays: int) -> tuple[Note, ...]:
     """Return a note where the track's dampers against roll are farther out, or nearer, than its springs."""
-    stands = arms_of(scenario, bays) ** 2 * [void.damping for void in voids_of(scenario, bays)]
-    wanted = np.array([void.damping for void in _rolling_voids_of(scenario, bays)])
+    stands = arms_of(scenario.track, bays) ** 2 * [void.damping for void in voids_of(scenario.track, bays)]
+    wanted = np.array([void.damping for void in voids_of(scenario.track, bays, rolling=True)])
     return () if np.allclose(stands, wanted, rtol=1e-9, atol=0.0) else (SPRINGS_AND_DAMPERS,)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,13 +11,11 @@ from numpy.typing import NDArray
 
 from wheeltapper.ground.arguments import as_list, as_quantity
 from wheeltapper.ground.errors import InputError, value_text
-from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.ground.warned import warn_caller
 from wheeltapper.lower import extent
-from wheeltapper.lower.contacts import SIDES
-from wheeltapper.lower.track.anomalies import Anomalies, anomalies_of
+from wheeltapper.lower.lowered.rails_below import RailsBelow
+from wheeltapper.lower.track.anomalies import Anomalies
 from wheeltapper.lower.track.irregular import IrregularModes
-from wheeltapper.lower.track.reach import modes_of, rolling_modes_of
 from wheeltapper.lower.track.readouts import (
     place_of,
     rail_rows,
@@ -29,7 +27,7 @@ from wheeltapper.lower.track.readouts import (
     static_rest,
 )
 from wheeltapper.lower.track.ring import TrackModes, ring_of
-from wheeltapper.lower.track.section import Section, section_of
+from wheeltapper.lower.track.section import Section
 from wheeltapper.march import run
 from wheeltapper.record.arrays import as_array
 from wheeltapper.record.labels import dataset
@@ -93,7 +91,7 @@ def track(
     rate = 20_000 / record.end if rate is None else as_quantity(rate, "rate", "frequency")
     extent.check_samples("rate", f"{rate:g} per second", record.end * rate + 1.0, 8 * (len(x) + len(seats)))
     times = np.arange(int(np.floor(record.end * rate * (1 + 1e-12))) + 1) / rate
-    ridden = _below_wagon(record) if SEVERAL_BODIES in record.scenario.needs else _below_plane(record)
+    ridden = record._lowered.rails_below(record._march, record.method)
     places = [_places(record, ridden, way, x, seats) for way in range(len(ridden.ways))]
     called = [*(f"rail {one:g} m" for one in x), *(f"seat {one}" for one in seats)]
     _warn_of_far_places(ridden, called, places[0], float(record.scenario.speed) * record.end)
@@ -121,7 +119,7 @@ def track(
     return dataset(variables)
 
 
-def _warn_of_far_places(ridden: _Ridden, names: list[str], places: list[_Place], way: float) -> None:
+def _warn_of_far_places(ridden: RailsBelow, names: list[str], places: list[_Place], way: float) -> None:
     """Warn of places that no wheel comes near on its way (m), so that there is no reading of them at any time."""
     ring = ridden.ways[0][1].ring
     half, first, last = 0.5 * ring.bays * ring.spacing, min(ridden.wheels), max(ridden.wheels) + way
@@ -134,7 +132,7 @@ def _warn_of_far_places(ridden: _Ridden, names: list[str], places: list[_Place],
         )
 
 
-def _places(record: Record, ridden: _Ridden, way: int, x: list[float], seats: list[int]) -> list[_Place]:
+def _places(record: Record, ridden: RailsBelow, way: int, x: list[float], seats: list[int]) -> list[_Place]:
     """Return the places of the rail, m, and the seats, as they read one way of the rails to move."""
     (section, modes), foot = ridden.ways[way], float(record.scenario.track.rail.foot_distance)
     places = [_rail_place(section, foot, modes, ridden.anomalies[way], one - ridden.seat) for one in x]
@@ -187,77 +185,8 @@ def _undamped(section: Section) -> Section:
     return section._replace(loss=0.0, pad_damping=0.0, ballast_damping=0.0)
 
 
-class _Ridden(NamedTuple):
-    """Rails below a vehicle.
-
-    Attributes
-    ----------
-    ways
-        Section and modes of each way to move: one, or both rails together and against one another.
-    anomalies
-        In each way.
-    seat
-        Position of the seat from which the march counts, m.
-    wheels
-        Positions of the wheelsets at time zero, m from there.
-    residuals
-        Local compliance below each void in each way, m/N; their forces follow those of the wheels.
-    arms
-        How far out these forces are, in distances of the rail from the middle.
-    at
-        From rising times to each way.
-    sides
-        Names of the rails; none where one stands for all.
-    """
-
-    ways: tuple[tuple[Section, TrackModes | IrregularModes], ...]
-    anomalies: tuple[Anomalies, ...]
-    seat: float
-    wheels: list[float]
-    residuals: list[FloatArray]
-    arms: list[FloatArray]
-    at: Callable[[FloatArray], list[RailAt]]
-    sides: tuple[str, ...] = ()
-
-
-def _below_plane(record: Record) -> _Ridden:
-    from wheeltapper.march.wagon.rails.replay import RailAt
-
-    lowered: Any = record._lowered
-    assert lowered.modes is not None
-    system = lowered.program.system
-
-    def at(times: FloatArray) -> list[RailAt]:
-        shown = record._march.at(times)
-        found = record._march.modes(times)
-        return [RailAt(found, shown.force, shown.force_rate, shown.force_bend)]
-
-    ways, ports = ((section_of(record.scenario.track), lowered.modes),), system.ports
-    return _Ridden(
-        ways, (lowered.anomalies,), lowered.seat, [one.position for one in system.wheels],
-        [np.array([port.residual for port in ports])], [np.ones(len(ports))], at,
-    )  # fmt: skip
-
-
-def _below_wagon(record: Record) -> _Ridden:
-    from wheeltapper.lower.wagon_on_rails import arms_of
-
-    lowered: Any = record._lowered
-    track, below = record.scenario.track, lowered.below
-    places = below.track.places
-    modes, reach = modes_of(track, record.method, float(np.ptp(places)))
-    ways = (section_of(track), modes), (section_of(track, rolling=True), rolling_modes_of(track, reach))
-    anomalies = tuple(anomalies_of(track, section, reach.bays) for section, _ in ways)
-    residuals = [np.array([port.residual for port in ports]) for ports in below.track.sleepers]
-    arms = [np.ones(below.track.over_voids), arms_of(record.scenario, reach.bays)]
-    return _Ridden(
-        ways, anomalies, float(track.first_sleeper), places.tolist(), residuals, arms,
-        record._march.rails_below(below).at, SIDES[:2],
-    )  # fmt: skip
-
-
 def _readings(
-    record: Record, ridden: _Ridden, way: int, shown: RailAt, places: list[_Place], times: FloatArray
+    record: Record, ridden: RailsBelow, way: int, shown: RailAt, places: list[_Place], times: FloatArray
 ) -> FloatArray:
     """Return displacement, acceleration and two more readings, (times, places, 4); NaN beyond half the ring."""
     ring, found = ridden.ways[way][1].ring, shown.modes

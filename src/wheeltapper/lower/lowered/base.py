@@ -12,6 +12,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.contacts import Contacts
 from wheeltapper.lower.laws.plastic import PlasticLaw
+from wheeltapper.lower.lowered.rails_below import RailsBelow
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray, IntArray
 
@@ -170,3 +171,7 @@ class LoweredScenario:
     def void_events(self, march: Any) -> VoidEvents | None:
         """Return the events of voids below sleepers; None on a track without."""
         return None
+
+    def rails_below(self, march: Any, method: str) -> RailsBelow:
+        """Return what rails that bend do below the vehicle."""
+        raise NotImplementedError

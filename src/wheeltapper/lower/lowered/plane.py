@@ -14,6 +14,8 @@ from wheeltapper.lower.lowered.base import ElementEvents, LoweredScenario, Varia
 from wheeltapper.lower.lowered.plane_dampers import damper_motion, stops_met
 from wheeltapper.lower.lowered.plane_data import DECK, PlaneData
 from wheeltapper.lower.lowered.plane_elements import element_events, element_motion
+from wheeltapper.lower.lowered.rails_below import RailsBelow
+from wheeltapper.lower.track.section import section_of
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common import telling
 from wheeltapper.march.common.program import IntArray
@@ -110,3 +112,20 @@ class LoweredOnRails(PlaneData, LoweredScenario):
         rows = march.seat_events[march.seat_events[:, contract.EVENT_CONTACT] < len(self.anomalies.voids)]
         seats = np.array([void.seat for void in self.anomalies.voids])
         return VoidEvents(rows, seats[rows[:, contract.EVENT_CONTACT].astype(int)])
+
+    def rails_below(self, march: Marched, method: str) -> RailsBelow:
+        """Return what the rail does below the vehicle."""
+        from wheeltapper.march.wagon.rails.replay import RailAt
+
+        assert self.modes is not None
+        system = self.program.system
+
+        def at(times: FloatArray) -> list[RailAt]:
+            shown, found = march.at(times), march.modes(times)
+            return [RailAt(found, shown.force, shown.force_rate, shown.force_bend)]
+
+        return RailsBelow(
+            ((section_of(self.scenario.track), self.modes),), (self.anomalies,), self.seat,
+            [one.position for one in system.wheels], [np.array([port.residual for port in system.ports])],
+            [np.ones(len(system.ports))], at,
+        )  # fmt: skip

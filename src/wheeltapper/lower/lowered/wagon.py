@@ -12,7 +12,11 @@ from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.lower.contacts import SIDES, Contacts
 from wheeltapper.lower.lowered import wagon_energy
 from wheeltapper.lower.lowered.base import NO_ELEMENTS, ElementEvents, LoweredScenario, Variables, VoidEvents, Works
+from wheeltapper.lower.lowered.rails_below import RailsBelow
 from wheeltapper.lower.lowered.wagon_data import DECK, WagonData
+from wheeltapper.lower.track.anomalies import anomalies_of, arms_of
+from wheeltapper.lower.track.reach import modes_of, rolling_modes_of
+from wheeltapper.lower.track.section import section_of
 from wheeltapper.march.common import program, telling
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import wheel_rows
@@ -123,6 +127,20 @@ class LoweredWagon(WagonData, LoweredScenario):
         side, place = np.divmod(lane, HALF)
         seats = np.array([void.seat for void in self.voids])
         return VoidEvents(march.seat_events, seats[(octet - A.wheel_octets) * HALF + place], np.array(SIDES)[side])
+
+    def rails_below(self, march: MarchedWagon, method: str) -> RailsBelow:
+        """Return what both rails do below the vehicle."""
+        assert self.below is not None
+        track, below = self.scenario.track, self.below.track
+        modes, reach = modes_of(track, method, float(np.ptp(below.places)))
+        ways = (section_of(track), modes), (section_of(track, rolling=True), rolling_modes_of(track, reach))
+        anomalies = tuple(anomalies_of(track, section, reach.bays) for section, _ in ways)
+        residuals = [np.array([port.residual for port in ports]) for ports in below.sleepers]
+        arms = [np.ones(below.over_voids), arms_of(track, reach.bays)]
+        return RailsBelow(
+            ways, anomalies, float(track.first_sleeper), below.places.tolist(), residuals, arms,
+            march.rails_below(self.below).at, SIDES[:2],
+        )  # fmt: skip
 
 
 def _wheel_variables(scenario: Scenario, rows: dict[str, FloatArray]) -> dict[str, FloatArray]:

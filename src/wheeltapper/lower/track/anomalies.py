@@ -5,12 +5,16 @@ from __future__ import annotations
 from math import ceil
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.track.responses import BALLAST, PAD, Extra
-from wheeltapper.lower.track.section import Section
+from wheeltapper.lower.track.section import Section, section_of
 
+FloatArray = NDArray[np.float64]
 BESIDE = 5
 """Seats before and behind the wheels' way at which an anomaly may still be."""
 
@@ -123,3 +127,14 @@ def check_seats(track: SupportedRail, bays: int, first: float, last: float) -> t
         needed = ceil((last - first) / track.spacing) + 2 * BESIDE + 1
         text += f"; this run of {last - first:.4g} m meets some of them again, with {needed} bays it would not"
     return (Note(text, "anomalies", (last - first) / length, doubtful=again),)
+
+
+def voids_of(track: SupportedRail, bays: int, rolling: bool = False) -> tuple[Void, ...]:
+    """Return the voids below the sleepers, as one rail's half of each feels them; `rolling`: where sleepers roll."""
+    return anomalies_of(track, section_of(track, rolling=rolling and track.rolls), bays).voids
+
+
+def arms_of(track: SupportedRail, bays: int) -> FloatArray:
+    """Return how far out the ballast below each void is where sleepers roll, in distances of the rails."""
+    bounce, roll = (np.array([void.stiffness for void in voids_of(track, bays, rolling)]) for rolling in (False, True))
+    return np.asarray(np.sqrt(roll / bounce))

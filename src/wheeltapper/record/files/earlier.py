@@ -22,12 +22,12 @@ from wheeltapper.lower.lowered.wheel import Lowered
 from wheeltapper.lower.on_rails import plane_of, stops_of
 from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.lower.structure import structure_of
-from wheeltapper.lower.track.anomalies import NONE, Void, anomalies_of
+from wheeltapper.lower.track.anomalies import NONE, Void, anomalies_of, voids_of
 from wheeltapper.lower.track.irregular import IrregularModes
 from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.lower.wagon import layout_of
-from wheeltapper.lower.wagon_on_rails import late_rates, voids_of
+from wheeltapper.lower.wagon_on_rails import late_rates
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.kept import UNDAMAGED, check, check_pieces, check_whole, refuse, table
@@ -231,7 +231,7 @@ def _of_wagon(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredWagon, Parts
     if FLEXIBLE_TRACK in scenario.needs:
         below = _rails_below(_parts_of(data, "task"), A, float(scenario.speed))
         A, ring = below.assembly, below.track.rings[0]
-        voids = voids_of(scenario, ring.bays * ring.seats)
+        voids = voids_of(scenario.track, ring.bays * ring.seats)
         held["march_rails_free"] = np.asarray(data["rails_free"])
         if "seat_events" in data:
             held["march_seat_events"] = np.asarray(data["seat_events"])
