@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -35,15 +34,14 @@ def fits(kept: FloatArray, found: FloatArray) -> bool:
     return kept.shape == found.shape and bool(np.allclose(found, kept, rtol=0.0, atol=SAME * scale, equal_nan=True))
 
 
-def marched_again(lowered: LoweredScenario, kept: March, made_by: str, say: Callable[[list[Note]], None]) -> Any:
-    """March a program again whose kept march does not fit it, and say how far the stored events are from the new."""
+def marched_again(lowered: LoweredScenario, events: FloatArray, made_by: str) -> tuple[Any, Note]:
+    """March a program again whose kept march does not fit it; say how far its events are from those of the file."""
     again = run.march(lowered.program)
-    before, after = (march.events[:, [contract.EVENT_TIME, contract.EVENT_KIND]] for march in (kept, again))
+    before, after = (rows[:, [contract.EVENT_TIME, contract.EVENT_KIND]] for rows in (events, again.events))
     if len(before) != len(after) or (before[:, 1] != after[:, 1]).any():
         difference = f"it has {len(after)} events where the file has {len(before)}"
     else:
         most = float(np.abs(after[:, 0] - before[:, 0]).max(initial=0.0)) * lowered.time
         difference = f"the largest difference to the stored events is {most:.2g} s"
     text = f"marched again, as the file's march ({made_by}) does not fit this version: {difference}"
-    say([Note(text, "marched again", doubtful=True)])
-    return again
+    return again, Note(text, "marched again", doubtful=True)

@@ -74,11 +74,10 @@ class Record(Shown):
         """The march behind everything but tables of events; who reads a track or marks asks for more than `March`."""
         if self._of_file is None or fits(self._of_file[1], self._new_witness()):
             return self._kept_march
-        return marched_again(self._lowered, self._kept_march, self._of_file[0], self._say)
-
-    def _say(self, notes: list[Note]) -> None:
-        warn_of(notes)
-        self.notes += tuple(notes)
+        again, note = marched_again(self._lowered, self._kept_march.events, self._of_file[0])
+        warn_of([note])
+        self.notes += (note,)
+        return again
 
     def _new_witness(self) -> FloatArray:
         return witness(self._lowered, self._kept_march)

@@ -15,6 +15,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import DAMPER_END, KINKS
 from wheeltapper.lower.contacts import SIDES, SURFACES
 from wheeltapper.record import elements
+from wheeltapper.record.files.checksum import CHECKSUM, checksum
 from wheeltapper.record.files.stored import FORMAT
 from wheeltapper.record.labels import EVENT_KINDS, attributes_of, flag_variable
 from wheeltapper.record.own_law import stored_law
@@ -73,6 +74,7 @@ def save(record: Record, path: Path) -> None:
     energy = record._known_energy
     for share, value in (energy.data_vars if energy is not None else {}).items():
         data[f"energy_{share}"] = value
+    data.attrs[CHECKSUM] = checksum(data)
     try:
         data.to_netcdf(path, engine="h5netcdf")
     except OSError as error:

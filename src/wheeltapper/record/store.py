@@ -13,13 +13,14 @@ from wheeltapper.describe.site import Site
 from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.ground.arguments import as_path, as_quantity
 from wheeltapper.ground.errors import InputError, brief
+from wheeltapper.ground.warned import warn_of
 from wheeltapper.lower.contacts import SIDES
 from wheeltapper.lower.door import lowered_scenario
 from wheeltapper.march import run
 from wheeltapper.march.common.kept import UNDAMAGED, rising, table
-from wheeltapper.record.again import WITNESSES
+from wheeltapper.record.again import WITNESSES, marched_again
 from wheeltapper.record.files.chart_store import load_chart
-from wheeltapper.record.files.checksum import is_damaged
+from wheeltapper.record.files.checksum import CHECKSUM, is_damaged
 from wheeltapper.record.files.stored import FORMAT, method_of, notes, status_of, version_of
 from wheeltapper.record.labels import BRANCH_TITLE, WEAR_TITLE
 from wheeltapper.record.own_law import law_again
@@ -102,9 +103,20 @@ def _load_record(path: Path, law: Any, largest: float) -> Any:
         raise InputError("", "scenario", "another one than that of the record", UNDAMAGED)
     status, said = status_of(data), notes(data)
     lowered = lowered_scenario(scenario, method)
-    march = run.restored(lowered.program, status, {name: data[name].values for name in map(str, data.variables)})
-    kept = table(data, "witness", WITNESSES, None, anything=True, ends=True)
+    held = {name: data[name].values for name in map(str, data.variables)}
     made_by = ", ".join(f"{name} {data.attrs.get(name, 'unknown')}" for name in ("wheeltapper", "numba", "numpy"))
+    try:
+        march = run.restored(lowered.program, status, held)
+    except InputError:
+        if CHECKSUM not in data.attrs:  # else the file is whole, and this version makes other paths of its scenario
+            raise
+        events, peaks = (table(held, f"march_{name}", None, None) for name in ("events", "peaks"))
+        again, note = marched_again(lowered, events, made_by)
+        warn_of([note])
+        record = Record(lowered, method, again._replace(status=status, events=events, peaks=peaks))
+        record.notes = (*said, note)
+        return record
+    kept = table(data, "witness", WITNESSES, None, anything=True, ends=True)
     return Record.of_file(lowered, method, march, said, made_by, kept)
 
 

@@ -405,7 +405,7 @@ def march(
             break
         tables = tables.larger(work)
     used = work[COUNT + USED].astype(int)
-    used[-1] = max(used[-1], len(program.pieces))
     steps, events, peaks, stops, pieces = (table[:rows] for table, rows in zip(tables, used, strict=True))
     state = work[STATE : STATE + tables.steps.shape[1]].copy()
+    pieces = pieces if len(pieces) > len(program.pieces) else program.pieces
     return March(status, steps, events, peaks, state, stops, pieces, program)
