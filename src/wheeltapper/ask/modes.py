@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.ground.arguments import check_flag
+from wheeltapper.lower.lowered.base import DECK
 from wheeltapper.lower.lowered.wagon import LoweredWagon
-from wheeltapper.lower.lowered.wagon_data import DECK
 from wheeltapper.lower.standing import jacobian
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march import run

@@ -27,8 +27,8 @@ from wheeltapper.lower.known import check_known
 from wheeltapper.lower.laws import ellipse
 from wheeltapper.lower.laws.own_law import table_note, tabulated_law
 from wheeltapper.lower.laws.plastic import patch_semi_axis, stretched_rows, virgin_pieces
-from wheeltapper.lower.lowered.plane import LoweredOnRails
-from wheeltapper.lower.lowered.plane_data import DECK, Stop, plastic_of
+from wheeltapper.lower.lowered.base import DECK
+from wheeltapper.lower.lowered.plane import LoweredOnRails, Stop, plastic_of
 from wheeltapper.lower.marks.marks import SAMPLES, VIRGIN, MarkedPath, Surface
 from wheeltapper.lower.marks.rail_memory import RailMemory
 from wheeltapper.lower.numbers import METHODS, Method, contact_alone, hysteresis_factor, units_of

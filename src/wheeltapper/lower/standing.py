@@ -20,7 +20,7 @@ from wheeltapper.march.wagon.multibody import start_rates
 from wheeltapper.march.wagon.wheel_rows import NORMAL, ROW_PATH
 
 if TYPE_CHECKING:
-    from wheeltapper.lower.lowered.wagon_data import StateLayout
+    from wheeltapper.lower.lowered.wagon import StateLayout
 
 FloatArray = NDArray[np.float64]
 STANDING = 1e-3

@@ -33,8 +33,8 @@ from wheeltapper.lower.laws.patches import (
     patch_tables,
     saturation_cells,
 )
-from wheeltapper.lower.lowered.wagon import LoweredWagon
-from wheeltapper.lower.lowered.wagon_data import DECK, StateLayout
+from wheeltapper.lower.lowered.base import DECK
+from wheeltapper.lower.lowered.wagon import LoweredWagon, StateLayout
 from wheeltapper.lower.numbers import METHODS, Method
 from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.lower.plausible import doubts

@@ -16,6 +16,8 @@ from wheeltapper.lower.lowered.rails_below import RailsBelow
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray, IntArray
 
+DECK = "deck"
+"""Name of the body, or of the freedom, that is a deck."""
 Variables = dict[str, tuple[tuple[str, ...], Any]]
 """Variables of a table by name: their dimensions and their values."""
 

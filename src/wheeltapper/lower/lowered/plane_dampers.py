@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.vehicle.plane import end_name
-from wheeltapper.lower.lowered.plane_data import PlaneData, Stop
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.general.replay import Replayed
 from wheeltapper.march.general.task import Marched
+
+if TYPE_CHECKING:
+    from wheeltapper.lower.lowered.plane import LoweredOnRails, Stop
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def stops_met(lowered: PlaneData, march: Marched) -> tuple[FloatArray, IntArray]:
+def stops_met(lowered: LoweredOnRails, march: Marched) -> tuple[FloatArray, IntArray]:
     """Return the table of the stops that ends meet and leave (`common.program`), and their wheelsets."""
     rows = march.seat_events
     number = rows[:, contract.EVENT_CONTACT].astype(np.int64) - len(lowered.anomalies.voids)
@@ -36,7 +40,7 @@ def stops_met(lowered: PlaneData, march: Marched) -> tuple[FloatArray, IntArray]
 
 
 def damper_motion(
-    lowered: PlaneData, march: Marched, times: FloatArray, found: Replayed
+    lowered: LoweredOnRails, march: Marched, times: FloatArray, found: Replayed
 ) -> tuple[FloatArray, FloatArray]:
     """Return displacements of the dampers' ends, m, and forces on the wheels, N, upwards, (times, wheelsets) both.
 
@@ -66,7 +70,7 @@ def damper_motion(
     return place, force
 
 
-def _resting_end(lowered: PlaneData, march: Marched, stop: Stop, times: FloatArray, found: Replayed) -> FloatArray:
+def _resting_end(lowered: LoweredOnRails, march: Marched, stop: Stop, times: FloatArray, found: Replayed) -> FloatArray:
     """Return where an end without a bush is, upwards from the wheel at rest, m."""
     wheelset, own = lowered.plane.wheelsets[stop.wheelset], -found.displacement[:, stop.wheelset]
     gap = float(wheelset.damper_play)

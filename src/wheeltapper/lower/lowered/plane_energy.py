@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wheeltapper.lower.lowered.base import Terms
-from wheeltapper.lower.lowered.plane_data import DECK, PlaneData
+from wheeltapper.lower.lowered.base import DECK, Terms
 from wheeltapper.lower.lowered.plane_elements import element_energies
 from wheeltapper.lower.lowered.track_works import track_works
 from wheeltapper.lower.track.section import section_of
 
 if TYPE_CHECKING:
+    from wheeltapper.lower.lowered.plane import LoweredOnRails
     from wheeltapper.march.general.task import Marched
 
 
-def balance(lowered: PlaneData, march: Marched) -> Terms:
+def balance(lowered: LoweredOnRails, march: Marched) -> Terms:
     """Return the energy balance of vehicle and track over the whole run.
 
     The vehicle has exchanged energy with loads and contacts; what the contacts took of it, beside the work of the
@@ -57,7 +57,7 @@ def balance(lowered: PlaneData, march: Marched) -> Terms:
     return Terms(terms, exchanged, rails, more)
 
 
-def _held_by_guides(lowered: PlaneData, march: Marched) -> float:
+def _held_by_guides(lowered: LoweredOnRails, march: Marched) -> float:
     """Return the work on springs against a fixed guide of the forces that they have at rest, J, of one rail.
 
     Displacements count from the static state; of springs that are stretched there the march leaves these forces out,

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.lower.lowered.plane_data import PlaneData
 from wheeltapper.lower.track.energy import POWERS, RingEnergy
 from wheeltapper.lower.track.irregular import IrregularModes, regular_amplitudes
 from wheeltapper.lower.track.readouts import places_of
@@ -27,6 +26,9 @@ from wheeltapper.lower.track.works import (
 from wheeltapper.march.general.replay import Starts
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.task import Marched
+
+if TYPE_CHECKING:
+    from wheeltapper.lower.lowered.plane import LoweredOnRails
 
 FloatArray = NDArray[np.float64]
 AT_ONCE = 16
@@ -89,7 +91,7 @@ class _Rail(NamedTuple):
     residual: FloatArray
 
 
-def track_works(section: Section, lowered: PlaneData, march: Marched) -> TrackWorks:
+def track_works(section: Section, lowered: LoweredOnRails, march: Marched) -> TrackWorks:
     """Return energies and works of the track of a run."""
     assert lowered.modes is not None
     ring = lowered.modes.ring
@@ -110,7 +112,7 @@ def track_works(section: Section, lowered: PlaneData, march: Marched) -> TrackWo
     return TrackWorks._make([stored, *works.tolist(), _taken_by_jumps(lowered, march)])
 
 
-def _done_by_jumps(energy: RingEnergy, known: Products, lowered: PlaneData, march: Marched) -> FloatArray:
+def _done_by_jumps(energy: RingEnergy, known: Products, lowered: LoweredOnRails, march: Marched) -> FloatArray:
     """Return the works, as in `RingPowers`, of forces that jump.
 
     The powers have terms with the rate of the forces, over which the integral is the jump times the mean of both sides.
@@ -140,7 +142,7 @@ def _done_by_jumps(energy: RingEnergy, known: Products, lowered: PlaneData, marc
     return np.asarray(odd.sum(axis=1))
 
 
-def _taken_by_jumps(lowered: PlaneData, march: Marched) -> float:
+def _taken_by_jumps(lowered: LoweredOnRails, march: Marched) -> float:
     """Return what the residual took of the contacts as their forces jumped, J."""
     assert lowered.modes is not None
     times, wheels = march.jumps(), lowered.program.system.wheels
@@ -158,7 +160,7 @@ def _times(state: RingState, sign: float) -> RingState:
 
 
 def _track_at(
-    energy: RingEnergy, lowered: PlaneData, march: Marched, times: FloatArray, starts: Starts
+    energy: RingEnergy, lowered: LoweredOnRails, march: Marched, times: FloatArray, starts: Starts
 ) -> tuple[RingState, _Rail]:
     """Return the ring of equal bays, and the rail under the wheels, at some times."""
     modes, regular, speed = lowered.modes, energy.modes.ring, lowered.program.system.speed

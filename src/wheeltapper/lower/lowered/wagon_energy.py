@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.lower.lowered.balanced import NOTABLE
-from wheeltapper.lower.lowered.base import Terms
-from wheeltapper.lower.lowered.wagon_data import DECK, WagonData
+from wheeltapper.lower.lowered.base import DECK, Terms
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.assembly import TO_RATE
 
 if TYPE_CHECKING:
+    from wheeltapper.lower.lowered.wagon import LoweredWagon
     from wheeltapper.march.wagon.march import Marched as MarchedWagon
 
 FloatArray = NDArray[np.float64]
@@ -34,7 +34,7 @@ EVERY = 16
 did."""
 
 
-def missing_part(lowered: WagonData, march: MarchedWagon) -> float:
+def missing_part(lowered: LoweredWagon, march: MarchedWagon) -> float:
     """Return the missing share of the exchanged energy: from one step in EVERY, or where that is NOTABLE from all."""
     if len(march.steps) == 0:
         return 0.0
@@ -42,7 +42,7 @@ def missing_part(lowered: WagonData, march: MarchedWagon) -> float:
     return _missing_in(lowered, march, 1) if not estimate < NOTABLE else estimate
 
 
-def _missing_in(lowered: WagonData, march: MarchedWagon, every: int) -> float:
+def _missing_in(lowered: LoweredWagon, march: MarchedWagon, every: int) -> float:
     """Return the missing share of the exchanged energy, from one step in so many."""
     sample = march._replace(steps=march.steps[::every], states=march.states[::every])
     done, _, contacts, elements = works(lowered, sample)
@@ -56,7 +56,7 @@ def _missing_in(lowered: WagonData, march: MarchedWagon, every: int) -> float:
     return every * missing / exchanged
 
 
-def works(lowered: WagonData, march: MarchedWagon) -> tuple[FloatArray, ...]:
+def works(lowered: LoweredWagon, march: MarchedWagon) -> tuple[FloatArray, ...]:
     """Return works (steps, POWERS_KEPT), impulses (steps, lanes) and elastic energies (steps, 2) of some steps.
 
     These are those of contacts, and of nonlinear elements.
@@ -70,7 +70,7 @@ def works(lowered: WagonData, march: MarchedWagon) -> tuple[FloatArray, ...]:
     return march.works(damping, layout.displacement_places)
 
 
-def _stored_energies(lowered: WagonData, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _stored_energies(lowered: LoweredWagon, states: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return kinetic energy and that of the linear springs, the deck's included, in some states."""
     mass, stiffness = lowered.structure.mass, lowered.structure.stiffness
     if DECK in lowered.layout.bodies:
@@ -81,7 +81,7 @@ def _stored_energies(lowered: WagonData, states: FloatArray) -> tuple[FloatArray
     return 0.5 * (v**2) @ mass, 0.5 * np.einsum("ti,ij,tj->t", q, stiffness, q)
 
 
-def _energy_of_slips(lowered: WagonData, march: MarchedWagon) -> float:
+def _energy_of_slips(lowered: LoweredWagon, march: MarchedWagon) -> float:
     """Return the energy that springs of friction lose where their force falls as it begins to slide, J."""
     A = lowered.assembly
     springs = len(A.sliders) - len(A.yields)
@@ -91,7 +91,7 @@ def _energy_of_slips(lowered: WagonData, march: MarchedWagon) -> float:
     return float(begins @ (0.5 * (limit**2 - force**2) / stiffness))
 
 
-def _changes_stretch(lowered: WagonData, march: MarchedWagon) -> NDArray[np.bool_]:
+def _changes_stretch(lowered: LoweredWagon, march: MarchedWagon) -> NDArray[np.bool_]:
     """Return whether any tread begins or ends to yield between each step and the next one.
 
     There the energy of a contact over marks jumps by what these have done to it before (`march.contact_laws`).
@@ -101,7 +101,7 @@ def _changes_stretch(lowered: WagonData, march: MarchedWagon) -> NDArray[np.bool
     return np.asarray((stretches[1:] != stretches[:-1]).any(axis=1))
 
 
-def balance(lowered: WagonData, march: MarchedWagon, works: tuple[FloatArray, ...]) -> Terms:
+def balance(lowered: LoweredWagon, march: MarchedWagon, works: tuple[FloatArray, ...]) -> Terms:
     """Return the energy balance over the whole run."""
     from wheeltapper.march.wagon import replay
 
