@@ -15,10 +15,9 @@ from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import ALONE
 from wheeltapper.ground.shown import Shown
-from wheeltapper.lower.laws.plastic import PlasticLaw, patch_semi_axis
+from wheeltapper.lower.laws.plastic import PlasticLaw
 from wheeltapper.lower.marks.marks import SAMPLES, SEMI_AXIS, Surface
-from wheeltapper.lower.marks.wagon_marks import SIDES, semi_axis_of, wagon_rails
-from wheeltapper.lower.on_rails import memory_of, on_wheels, virgin_rail
+from wheeltapper.lower.marks.wagon_marks import SIDES
 from wheeltapper.march import run
 from wheeltapper.record.record import Record
 
@@ -113,11 +112,11 @@ def marks(record: Record) -> Marks:
     scenario, contacts = record.scenario, record._contacts
     run.choose(run.MARKS, scenario.needs)
     share, way = scenario.contact.share_of_rail, float(scenario.speed * record.end)
-    semi_axis = _semi_axis(record)
+    semi_axis = record._lowered.semi_axis
     wheels = [_rolled(record, one, way, semi_axis / SEMI_AXIS / SAMPLES) for one in range(len(contacts.position))]
     start = float(contacts.position.min())
     if scenario.rolling == "point" and ALONE not in scenario.needs:
-        surfaces = _surfaces(record, way, semi_axis)
+        surfaces = record._lowered.surfaces_left(record._march, way)
         inside = surfaces[0].sample_positions <= float(np.ptp(contacts.position)) + way
         found = [(one.sample_positions[inside] + start, one.settled_indentation()[inside]) for one in surfaces]
     else:
@@ -130,14 +129,6 @@ def marks(record: Record) -> Marks:
         xr.concat(tables, xr.Variable("side", [*SIDES])) if contacts.has_sides else tables[0],
         _notes(semi_axis),
     )
-
-
-def _semi_axis(record: Record) -> float:
-    """Return the semi-axis of the patch of the first wheels along the rail, m."""
-    scenario = record.scenario
-    if record._contacts.has_sides:
-        return semi_axis_of(scenario, float(record._contacts.static_force[: len(SIDES)].mean()))
-    return patch_semi_axis(scenario.contact, scenario.vehicle.plane.wheelsets[0], record.static_force)
 
 
 def _notes(semi_axis: float) -> tuple[str, ...]:
@@ -163,19 +154,6 @@ def _rolled(record: Record, contact: int, way: float, spacing: float) -> _Rolled
 
     depth = _depth_function(record.scenario.rolling, position, way, radius, spacing, depth_at, slope_at)
     return _Rolled(radius, position, lowered.plastic_laws[contact // record._contacts.sides], depth)
-
-
-def _surfaces(record: Record, way: float, semi_axis: float) -> list[Surface]:
-    """Return each rail as wheels leave it of which each met the marks of those before it."""
-    scenario, march = record.scenario, record._march
-    if record._contacts.has_sides:
-        both = wagon_rails(scenario, march.assembly, (), semi_axis).begin()
-        both.press(march)
-        return [rail.left() for rail in both.sides]
-    vehicle = on_wheels(scenario)
-    marking = memory_of(vehicle, (), virgin_rail(vehicle, way), way).begin()
-    march.lay(marking)
-    return [marking.left()]
 
 
 def _settled(one: _Rolled, reached: FloatArray, interval: float) -> FloatArray:

@@ -21,9 +21,8 @@ def lowered_scenario(scenario: Scenario, method: str = "default") -> LoweredScen
     InputError
         If it cannot be simulated.
     """
-    cells = run.choose(run.SIMULATE, scenario.needs).cells
-    lowered = {run.ALONE_EACH: _lowered_wagon, run.SHARING_TABLES: _lowered_in_plane}
-    return lowered.get(cells, _lowered_wheel)(scenario, method)
+    lowered = {run.GENERAL: _lowered_in_plane, run.WAGON: _lowered_wagon, run.WAGON_ON_RAILS: _lowered_wagon}
+    return lowered.get(run.choose(run.SIMULATE, scenario.needs), _lowered_wheel)(scenario, method)
 
 
 def _lowered_wheel(scenario: Scenario, method: str) -> LoweredScenario:
@@ -62,12 +61,12 @@ def line_of(
     scenario: Scenario, start: float, per_interval: int, method: str, vehicles: Sequence[Any] = ()
 ) -> Line:  # fmt: skip
     """Return the rail over which a scenario, or vehicles in turn, pass; `per_interval`: samples in half a semi-axis."""
-    cells = run.choose(run.WEAR_IN, scenario.needs).cells
-    if cells == run.ALONE_EACH:
+    marcher = run.choose(run.WEAR_IN, scenario.needs)
+    if marcher in (run.WAGON, run.WAGON_ON_RAILS):
         from wheeltapper.lower.lines.wagon import WagonLine
 
         return WagonLine(scenario, start, per_interval, method, vehicles)
-    if cells == run.SHARING_TABLES or vehicles:
+    if marcher is run.GENERAL or vehicles:
         from wheeltapper.lower.lines.plane import PlaneLine
 
         return PlaneLine(scenario, start, per_interval, method, vehicles)

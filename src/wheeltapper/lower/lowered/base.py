@@ -13,6 +13,7 @@ from wheeltapper.ground.notes import Note
 from wheeltapper.lower.contacts import Contacts
 from wheeltapper.lower.laws.plastic import PlasticLaw
 from wheeltapper.lower.lowered.rails_below import RailsBelow
+from wheeltapper.lower.marks.marks import Surface
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray, IntArray
 
@@ -129,6 +130,15 @@ class LoweredScenario:
 
     def slopes_below(self, march: Any, contact: int, distances: FloatArray) -> FloatArray:
         """Return the slope of a contact's path where it has travelled so far, m."""
+        raise NotImplementedError
+
+    @property
+    def semi_axis(self) -> float:
+        """Semi-axis of the patch of the first wheels along the rail, m; of contacts that yield."""
+        raise NotImplementedError
+
+    def surfaces_left(self, march: Any, way: float) -> list[Surface]:
+        """Return each rail after a run over some way, m, in which wheels met the marks of those before them."""
         raise NotImplementedError
 
     def finer(self) -> LoweredScenario:

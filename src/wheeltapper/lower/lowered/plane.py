@@ -13,11 +13,13 @@ from wheeltapper.describe.vehicle.plane import PlaneVehicle, end_name
 from wheeltapper.ground.needs import YIELDING
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.contacts import Contacts
-from wheeltapper.lower.laws.plastic import PlasticLaw
+from wheeltapper.lower.laws.plastic import PlasticLaw, patch_semi_axis
 from wheeltapper.lower.lowered.base import DECK, ElementEvents, LoweredScenario, Variables, VoidEvents, Works
 from wheeltapper.lower.lowered.plane_dampers import damper_motion, stops_met
 from wheeltapper.lower.lowered.plane_elements import element_events, element_motion
 from wheeltapper.lower.lowered.rails_below import RailsBelow
+from wheeltapper.lower.marks.marks import SAMPLES, Surface
+from wheeltapper.lower.marks.rail_memory import RailMemory
 from wheeltapper.lower.numbers import SHORTER, SMALL
 from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.lower.track.anomalies import NONE, Anomalies
@@ -143,6 +145,22 @@ class LoweredOnRails(LoweredScenario):
         """Of the wheelsets whose contacts yield."""
         laws = (wheel.law for wheel in self.program.system.wheels)
         return tuple(plastic_of(law, self.force) for law in laws if law.kind == switch.PLASTIC)
+
+    @property
+    def semi_axis(self) -> float:
+        """Semi-axis of the patch of the leading wheelset along the rail, m."""
+        return patch_semi_axis(self.scenario.contact, self.plane.wheelsets[0], float(self.static_force.max()))
+
+    def surfaces_left(self, march: Marched, way: float) -> list[Surface]:
+        """Return the rail after a run over some way, m, in which wheels met the marks of those before them."""
+        contact, positions, laws = self.scenario.contact, np.array(self.plane.positions), self.plastic_laws
+        axis = patch_semi_axis(contact, self.plane.wheelsets[0], float(self.static_force[0]))
+        onset = laws[int(np.argmax(positions))].onset
+        virgin = Surface.virgin_surface(self.plane.extent + way, axis, onset, SAMPLES)
+        offsets = tuple((positions - positions.min()).tolist())
+        marking = RailMemory(laws, offsets, contact.share_of_rail, 1.0, virgin, (), way).begin()
+        march.lay(marking)
+        return [marking.left()]
 
     def pressed(
         self, march: Marched, contact: int, times: FloatArray

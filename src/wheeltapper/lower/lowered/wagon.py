@@ -37,6 +37,7 @@ from wheeltapper.march.wagon.assembly import HALF, LANES, PLACES, TO_RATE, Assem
 from wheeltapper.march.wagon.remembering import OverMarks
 
 if TYPE_CHECKING:
+    from wheeltapper.lower.marks.marks import Surface
     from wheeltapper.lower.marks.wagon_marks import WagonRails
     from wheeltapper.lower.track.anomalies import Void
     from wheeltapper.march.wagon.march import Marched
@@ -128,6 +129,21 @@ class LoweredWagon(LoweredScenario):
         constant = 2.0 * self.contact_constant
         law = PlasticLaw.over_onset(self.assembly.law, float(numbers[PLASTIC_ONSET]), constant)
         return (law,) * len(self.static_force)
+
+    @property
+    def semi_axis(self) -> float:
+        """Semi-axis of the patch of the first wheelset's wheels along the rail, m."""
+        from wheeltapper.lower.marks.wagon_marks import semi_axis_of
+
+        return semi_axis_of(self.scenario, float(self.static_force[0].mean()))
+
+    def surfaces_left(self, march: Marched, way: float) -> list[Surface]:
+        """Return both rails after a run in which wheels met the marks of those before them."""
+        from wheeltapper.lower.marks.wagon_marks import wagon_rails
+
+        both = wagon_rails(self.scenario, march.assembly, (), self.semi_axis).begin()
+        both.press(march)
+        return [rail.left() for rail in both.sides]
 
     def pressed(
         self, march: Marched, contact: int, times: FloatArray

@@ -12,7 +12,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.contacts import Contacts
 from wheeltapper.lower.extent import ROW_BYTES
-from wheeltapper.lower.laws.plastic import PlasticLaw
+from wheeltapper.lower.laws.plastic import PlasticLaw, patch_semi_axis
 from wheeltapper.lower.lowered import balanced
 from wheeltapper.lower.lowered.base import LoweredScenario, Variables, Works
 from wheeltapper.lower.lowered.wheel_energy import balance, integrate
@@ -70,6 +70,11 @@ class Lowered(LoweredScenario):
         """Of the wheelset, if its contact yields."""
         law = self.program.law
         return (PlasticLaw(law, self.length, self.force),) if len(law) else ()
+
+    @property
+    def semi_axis(self) -> float:
+        """Semi-axis of the patch along the rail, m."""
+        return patch_semi_axis(self.scenario.contact, self.scenario.vehicle, self.static_force)
 
     def pressed(
         self, march: Marched, contact: int, times: FloatArray
