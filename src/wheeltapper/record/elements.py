@@ -17,75 +17,63 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-STOP_KINDS = ("reached", "left")
-"""Kinds of events of a damper's end: it reaches a stop, or leaves it."""
-STOP_SIDES = ("lower", "upper")
-"""Names of the two stops."""
+STOP_KINDS, STOP_SIDES = ("reached", "left"), ("lower", "upper")
+"""Kinds of events of a damper's end, which reaches a stop or leaves it, and the names of its two stops."""
+ELEMENT_KINDS = ("stick", "slip", "leave", "meet", "within", "beyond")
+"""Kinds of events, inwards and outwards: of dry friction, of a bumpstop, of a corner of a spring or a damper."""
+ELEMENT_SIDES = ("extension", "compression")
+TIME = "time since the wheel was at x = 0"
+Told = dict[str, tuple[Any, str, str]]
+"""Columns of a table by name: values, unit, meaning."""
+
+
+def _table(dimension: str, told: Told) -> xr.Dataset:
+    import xarray as xr
+
+    return xr.Dataset(
+        {name: (dimension, values, {"units": unit, "long_name": text}) for name, (values, unit, text) in told.items()}
+    )
+
+
+def stored_table(table: xr.Dataset) -> xr.Dataset:
+    """Return a table of stops or of elements as it is in files: names become numbers with their meaning."""
+    (dimension,) = map(str, table.dims)
+    of_stops = dimension == "damper_event"
+    named = {"kind": STOP_KINDS if of_stops else ELEMENT_KINDS, "side": STOP_SIDES if of_stops else ELEMENT_SIDES}
+    out = table.rename({name: f"{dimension}_{name}" for name in table.data_vars})
+    for name, names in named.items():
+        out[f"{dimension}_{name}"] = flag_variable(dimension, table[name].values, names)
+    return out
 
 
 def stop_events(stops: FloatArray, unit: float, wheelset: NDArray[np.int64] | None) -> xr.Dataset:
     """Return the table of stops that ends meet and leave, with times in a unit, s, and numbers of several wheelsets."""
-    import xarray as xr
-
-    kinds = np.array(STOP_KINDS)[stops[:, contract.STOP_KIND].astype(int)]
-    sides = np.where(stops[:, contract.STOP_SIDE] > 0.0, STOP_SIDES[1], STOP_SIDES[0])
-    told: dict[str, tuple[Any, str, str]] = {
-        "time": (stops[:, contract.STOP_TIME] * unit, "s", "time since the wheel was at x = 0"),
-        "kind": (kinds, "", "reached: the damper begins to act; left: it ceases to"),
-        "side": (sides, "", "stop of the damper's end at which the wheel is: lower or upper"),
-    }
+    told: Told = {
+        "time": (stops[:, contract.STOP_TIME] * unit, "s", TIME),
+        "kind": (
+            np.array(STOP_KINDS)[stops[:, contract.STOP_KIND].astype(int)], "",
+            "reached: the damper begins to act; left: it ceases to",
+        ),
+        "side": (
+            np.array(STOP_SIDES)[(stops[:, contract.STOP_SIDE] > 0.0).astype(int)], "",
+            "stop of the damper's end at which the wheel is: lower or upper",
+        ),
+    }  # fmt: skip
     if wheelset is not None:
         told["wheelset"] = wheelset, "", "number of the wheelset, from the leading one"
-    return xr.Dataset(
-        {
-            name: ("damper_event", values, {"units": units, "long_name": text})
-            for name, (values, units, text) in told.items()
-        }
-    )
-
-
-def stored_stops(table: xr.Dataset) -> xr.Dataset:
-    """Return that table as it is in files: names become numbers with their meaning."""
-    out = table.rename({name: f"damper_event_{name}" for name in table.data_vars})
-    for name, names in (("kind", STOP_KINDS), ("side", STOP_SIDES)):
-        out[f"damper_event_{name}"] = flag_variable("damper_event", table[name].values, names)
-    return out
-
-
-ELEMENT_KINDS = ("stick", "slip", "leave", "meet", "within", "beyond")
-"""Kinds of events, inwards and outwards: of dry friction, of a bumpstop, of a corner of a spring or a damper."""
-ELEMENT_SIDES = ("extension", "compression")
+    return _table("damper_event", told)
 
 
 def element_table(events: ElementEvents) -> xr.Dataset:
     """Return the table of events of what is not linear in suspensions."""
-    import xarray as xr
-
-    told: dict[str, tuple[Any, str, str]] = {
-        "time": (events.time, "s", "time since the wheel was at x = 0"),
+    side = "compression or extension, of a damper and of dry friction their rate"
+    return _table("suspension_event", {
+        "time": (events.time, "s", TIME),
         "element": (events.element, "", "name of what is not linear in a suspension"),
         "kind": (np.array(ELEMENT_KINDS)[events.kind], "", ", ".join(ELEMENT_KINDS)),
-        "side": (
-            np.array(ELEMENT_SIDES)[events.side],
-            "",
-            "compression or extension, of a damper and of dry friction their rate",
-        ),
+        "side": (np.array(ELEMENT_SIDES)[events.side], "", side),
         "compression_rate": (events.rate, "m/s", "how fast the ends of the suspension come together"),
-    }  # fmt: skip
-    return xr.Dataset(
-        {
-            name: ("suspension_event", values, {"units": units, "long_name": text})
-            for name, (values, units, text) in told.items()
-        }
-    )
-
-
-def stored_elements(table: xr.Dataset) -> xr.Dataset:
-    """Return that table as it is in files: names of kinds and sides become numbers with their meaning."""
-    out = table.rename({name: f"suspension_event_{name}" for name in table.data_vars})
-    for name, names in (("kind", ELEMENT_KINDS), ("side", ELEMENT_SIDES)):
-        out[f"suspension_event_{name}"] = flag_variable("suspension_event", table[name].values, names)
-    return out
+    })  # fmt: skip
 
 
 def void_columns(scenario: Scenario, found: VoidEvents) -> dict[str, NDArray[Any]]:

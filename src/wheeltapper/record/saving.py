@@ -14,7 +14,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import DAMPER_END, KINKS
 from wheeltapper.lower.contacts import SIDES, SURFACES
-from wheeltapper.record import elements
+from wheeltapper.record.elements import stored_table
 from wheeltapper.record.files.checksum import CHECKSUM, checksum
 from wheeltapper.record.files.stored import FORMAT
 from wheeltapper.record.labels import EVENT_KINDS, attributes_of, flag_variable
@@ -67,9 +67,9 @@ def save(record: Record, path: Path) -> None:
     }
     parts = [events, peaks, xr.Dataset(tables)]
     if DAMPER_END in record.scenario.needs:
-        parts.append(elements.stored_stops(record.damper_events))
+        parts.append(stored_table(record.damper_events))
     if record.scenario.needs & KINKS:
-        parts.append(elements.stored_elements(record.suspension_events))
+        parts.append(stored_table(record.suspension_events))
     data = xr.merge(parts, combine_attrs="override").assign_attrs(attributes)
     energy = record._known_energy
     for share, value in (energy.data_vars if energy is not None else {}).items():

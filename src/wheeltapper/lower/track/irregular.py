@@ -49,10 +49,6 @@ class IrregularModes(NamedTuple):
         Compliance of a sleeper that the modes leave out, where its ballast differs, (bays,), m/N.
     vectors
         What each mode is in those of the regular ring, real parts above imaginary parts, (2·regular modes, modes).
-    forces
-        Of what differs, per amplitude, (extras, modes), N.
-    drives
-        What these do to the modes of the regular ring, (regular modes, extras).
     """
 
     ring: Ring
@@ -63,8 +59,6 @@ class IrregularModes(NamedTuple):
     sleeper_residual: FloatArray
     cutoff: float
     vectors: ComplexArray
-    forces: ComplexArray
-    drives: ComplexArray
 
     def port_of(self, void: Void, arm: float = 1.0) -> Port:
         """Return a sleeper over a void as forces press it up, at so many times the rail's distance from its middle.
@@ -120,7 +114,7 @@ def _irregular_ring(section: Section, bays: int, cutoff: float, extras: tuple[Ex
     found = IrregularModes(
         long._replace(residual=_residual(long, missed.static)), rotation,
         _times(_rows(weighted * rail), right), _times(_rows(weighted * regular.sleeper), right),
-        _times(_columns(turns.conj() * regular.sleeper_drive), left.T), np.zeros(bays), cutoff, right, forces, drives.T,
+        _times(_columns(turns.conj() * regular.sleeper_drive), left.T), np.zeros(bays), cutoff, right,
     )  # fmt: skip
     between = responses.between(section, extras, 0.0, bays * section.spacing).real
     return found._replace(sleeper_residual=_sleeper_residual(found, extras, between))
