@@ -1,5 +1,6 @@
 """Files of records: those of older formats are loaded, what broke off too, and plain xarray finds every contact."""
 
+import pickle
 import subprocess
 import sys
 from dataclasses import replace
@@ -206,6 +207,15 @@ def test_a_record_comes_back_to_the_same_bits_from_what_it_was_made_of_and_its_l
     assert again.history(5000.0).identical(record.history(5000.0))
     again.save(tmp_path / "b.nc")
     assert wt.load(tmp_path / "b.nc").history(5000.0).identical(record.history(5000.0))
+
+
+@pytest.mark.parametrize("name", KEPT)
+def test_a_record_goes_to_another_process_and_answers_there(name):
+    record = wt.simulate(KEPT[name])
+    assert record.impacts.sizes["impact"] >= 0
+    again = pickle.loads(pickle.dumps(record))
+    assert again.energy.identical(record.energy)
+    assert again.history(2000.0).identical(record.history(2000.0))
 
 
 def surface(path):

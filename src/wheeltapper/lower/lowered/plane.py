@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
@@ -258,7 +259,7 @@ class LoweredOnRails(LoweredScenario):
         """Return what contacts, dampers, loads and track have done."""
         from wheeltapper.lower.lowered.plane_energy import balance
 
-        return Works(march.impulses() * self.force, lambda: balance(self, march))
+        return Works(march.impulses() * self.force, partial(balance, self, march))
 
     def missing_part(self, march: Marched) -> float:
         """Return zero of a run in numbers: no part is accepted unsolved, and the balance takes longer than the run."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -243,7 +244,7 @@ class LoweredWagon(LoweredScenario):
     def works(self, march: Marched) -> Works:
         """Return what contacts, dampers and loads have done."""
         done = wagon_energy.works(self, march)
-        return Works(done[1][:, self.contacts.lanes], lambda: wagon_energy.balance(self, march, done))
+        return Works(done[1][:, self.contacts.lanes], partial(wagon_energy.balance, self, march, done))
 
     def missing_part(self, march: Marched) -> float:
         """Return the missing share of the exchanged energy."""

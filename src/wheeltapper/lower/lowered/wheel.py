@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -143,7 +144,7 @@ class Lowered(LoweredScenario):
     def works(self, march: Marched) -> Works:
         """Return what contact, dampers and load have done."""
         found, joule = integrate(self.program, march), self.force * self.length
-        return Works(found.impulse[:, None] * self.force * self.time, lambda: balance(self.program, found, joule))
+        return Works(found.impulse[:, None] * self.force * self.time, partial(balance, self.program, found, joule))
 
     def missing_part(self, march: Marched) -> float:
         """Return the largest missing share of the exchanged energy at any time; NaN if it is undefined."""
