@@ -85,7 +85,7 @@ def after_pass(line: Line, scatter: Scatter, surface: Surface, number: int) -> t
     elastic, beyond = float(np.mean(pressures <= 1.0)), float(np.mean(pressures > SHAKEDOWN))
     told = PassResult(
         march.status, one.speed, one.load, drawn.start,
-        max(one.largest_force(march), float(pressures.max()) * one.yields),
+        max(one.largest_force(march), float(pressures.max()) * one.yield_force),
         int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum()), one.length,
         float(sum(rail.work for rail in marks)), elastic, 1.0 - elastic - beyond, beyond,
     )  # fmt: skip

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.needs import FLEXIBLE_TRACK
 from wheeltapper.lower import extent
-from wheeltapper.lower.lines.base import Line
-from wheeltapper.lower.lowered.base import LoweredScenario
 from wheeltapper.march import run
+
+if TYPE_CHECKING:
+    from wheeltapper.lower.lines.base import Line
+    from wheeltapper.lower.lowered.base import LoweredScenario
 
 
 def lowered_scenario(scenario: Scenario, method: str = "default") -> LoweredScenario:
@@ -47,14 +48,11 @@ def _lowered_in_plane(scenario: Scenario, method: str) -> LoweredScenario:
 
 def _lowered_wagon(scenario: Scenario, method: str) -> LoweredScenario:
     from wheeltapper.lower.lowered.wagon import row_bytes
-    from wheeltapper.lower.wagon import LONGEST, lower_wagon, started
+    from wheeltapper.lower.wagon import LONGEST
+    from wheeltapper.lower.wagon_on_track import wagon_on_its_track
 
     extent.check_duration(scenario, scenario.duration / LONGEST, row_bytes(len(scenario.vehicle.names)))
-    if FLEXIBLE_TRACK not in scenario.needs:
-        return started(lower_wagon(scenario, method), scenario)
-    from wheeltapper.lower.wagon_on_rails import lower_wagon_on_rails
-
-    return started(lower_wagon_on_rails(scenario, method), scenario)
+    return wagon_on_its_track(scenario, method)
 
 
 def line_of(

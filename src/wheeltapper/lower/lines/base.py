@@ -37,31 +37,31 @@ class Passing(NamedTuple):
         What is marched.
     speed, load, length
         m/s; what the leading wheelset bears without its weight, N; how far each wheel rolls, m.
-    newton
+    unit
         A wheelset's force for a force of a maximum, N.
-    yields
+    yield_force
         Force of a wheelset at first yield, N.
     pressed
         From the march to the marks that the wheels have made on each rail.
-    counted
-        How many contacts of the march leave marks; maxima of others do not count.
+    treads
+        How many contacts of the march leave marks; maxima of others, of flanges, do not count.
     """
 
     program: Any
     speed: float
     load: float
     length: float
-    newton: float
-    yields: float
+    unit: float
+    yield_force: float
     pressed: Callable[[Any], Sequence[Marking]]
-    counted: float = np.inf
+    treads: float = np.inf
 
     def largest_force(self, march: Any) -> float:
         """Return the largest maximum of a contact force, N."""
         tops = march.peaks
-        if self.counted < np.inf:
-            tops = tops[tops[:, contract.PEAK_CONTACT] < self.counted]
-        return float(tops[:, contract.PEAK_FORCE].max(initial=0.0)) * self.newton
+        if self.treads < np.inf:
+            tops = tops[tops[:, contract.PEAK_CONTACT] < self.treads]
+        return float(tops[:, contract.PEAK_FORCE].max(initial=0.0)) * self.unit
 
 
 class Line:
@@ -109,8 +109,8 @@ class Line:
             run.choose(run.WEAR_IN, one.needs)
             one.check_extent()
 
-    def see(self, rail: Surface, begins: float) -> None:
-        """Tell of the samples of a rail that begins at some place, m, those on the run."""
+    def place_samples(self, rail: Surface, begins: float) -> None:
+        """Choose the samples to tell: those on the run, of a rail that begins at some place, m."""
         places = rail.sample_positions + begins
         self._seen = (places >= 0.0) & (places < self.length)
         self.sample_positions = places[self._seen]

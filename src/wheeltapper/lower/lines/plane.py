@@ -53,7 +53,7 @@ class PlaneLine(Line):
         first = on_wheels(scenario, self.static_force)
         self.virgin = virgin_rail(first, self.length, per_interval, extent)
         self.semi_axis = SEMI_AXIS * self.virgin.interval
-        self.see(self.virgin, self._begins)
+        self.place_samples(self.virgin, self._begins)
         self._marked = [
             memory_of(on_wheels(one.scenario), one.tables, self.virgin, self.length, start=self._begins).marked
             for one in self._prepared
@@ -90,5 +90,5 @@ class PlaneLine(Line):
             return (marking,)
 
         plane = scenario.vehicle.plane
-        yields = max(law.force for law in memory.laws)
-        return Passing(task, speed, float(plane.wheelsets[0].load), length, float(plane.rails), yields, pressed)
+        yield_force = max(law.force for law in memory.laws)
+        return Passing(task, speed, float(plane.wheelsets[0].load), length, float(plane.rails), yield_force, pressed)

@@ -11,13 +11,11 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wagon import Wagon
-from wheeltapper.ground.needs import FLEXIBLE_TRACK
 from wheeltapper.lower.lines.base import Drawn, Line, Passing
-from wheeltapper.lower.lowered.wagon import LoweredWagon
 from wheeltapper.lower.marks.marks import Surface
 from wheeltapper.lower.marks.rail_memory import Marking
 from wheeltapper.lower.marks.wagon_marks import SIDES, WornRails, lane_of, path_of, semi_axis_of
-from wheeltapper.lower.wagon import lower_wagon, started
+from wheeltapper.lower.wagon_on_track import wagon_on_its_track
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.march import Marched
 
@@ -39,16 +37,17 @@ class WagonLine(Line):
     ) -> None:
         super().__init__(scenario, start, vehicles)
         self._method = method
-        self.static_force = max(float(_lowered(one, method).static_force.sum(axis=1).max()) for one in self.passing)
+        alone = [wagon_on_its_track(one, method) for one in self.passing]
+        self.static_force = max(float(one.static_force.sum(axis=1).max()) for one in alone)
         positions = [_positions(one) for one in self.passing]
         self._begins = float(min(places.min() for places in positions))
         extent = float(max(places.max() for places in positions)) - self._begins
-        lowered = _lowered(scenario, method, self._worn((_NOTHING, _NOTHING), 1.0))
+        lowered = wagon_on_its_track(scenario, method, self._worn((_NOTHING, _NOTHING), 1.0))
         self.notes, self.law = lowered.notes, lowered.plastic_laws[0]
         self.semi_axis = semi_axis_of(scenario, float(lowered.static_force[0].mean()))
         rail = Surface.virgin_surface(extent + self.length, self.semi_axis, self.law.onset, per_interval)
         self.virgin = self.joined((rail, rail))
-        self.see(rail, self._begins)
+        self.place_samples(rail, self._begins)
         places = self.sample_positions - _positions(scenario)[0]
         self._base = np.stack([
             path_of(lowered.assembly, lane_of(0, side)).height_at(places) for side in range(len(SIDES))
@@ -74,7 +73,7 @@ class WagonLine(Line):
         speed, length = float(scenario.speed) * drawn.faster, self.length - drawn.start
         wagon = moved(loaded(scenario.vehicle, drawn.heavier), drawn.start)
         scenario = scenario.replaced({"speed": speed, "duration": length / speed, "vehicle": wagon})
-        lowered = _lowered(scenario, self._method, self._worn(self.rails_of(surface), hardening))
+        lowered = wagon_on_its_track(scenario, self._method, self._worn(self.rails_of(surface), hardening))
         memory = lowered.memory
         assert memory is not None  # as rails with marks have
 
@@ -85,8 +84,8 @@ class WagonLine(Line):
 
         load = float(lowered.static_force[0].sum()) - wagon.axles[0].mass * wagon.gravity
         treads = float(lowered.assembly.numbers[asm.TREADS] * asm.LANES)
-        yields = WHEELS * memory.rails[0].laws[0].force
-        return Passing(lowered.program, speed, load, length, WHEELS, yields, pressed, treads)
+        yield_force = WHEELS * memory.rails[0].laws[0].force
+        return Passing(lowered.program, speed, load, length, WHEELS, yield_force, pressed, treads)
 
 
 def loaded(wagon: Wagon, factor: float) -> Wagon:
@@ -132,12 +131,3 @@ def _positions(scenario: Scenario) -> FloatArray:
 
 _NOTHING = Surface(np.zeros(8), np.zeros(8), 1.0, 1.0, 1)
 """A surface of which only its lengths matter, before they are known."""
-
-
-def _lowered(scenario: Scenario, method: str, worn: WornRails | None = None) -> LoweredWagon:
-    """Return a wagon over rails with marks."""
-    if FLEXIBLE_TRACK not in scenario.needs:
-        return started(lower_wagon(scenario, method, worn), scenario)
-    from wheeltapper.lower.wagon_on_rails import lower_wagon_on_rails
-
-    return started(lower_wagon_on_rails(scenario, method, worn), scenario)

@@ -40,7 +40,7 @@ class WheelLine(Line):
         (self.law,) = lowered.plastic_laws
         self.semi_axis = patch_semi_axis(scenario.contact, scenario.vehicle, lowered.static_force)
         self.virgin = Surface.virgin_surface(self.length, self.semi_axis, self.law.onset, per_interval)
-        self.see(self.virgin, 0.0)
+        self.place_samples(self.virgin, 0.0)
         self._path = MarkedPath(lowered.table, self.virgin, self.length)
         self._base = lowered.table.height_at(self.sample_positions)
         rows = stretched_rows(scenario.contact)
