@@ -81,3 +81,13 @@ def test_choosing_and_refusing_need_no_compiler() -> None:
         "assert 'numba' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_lowering_a_wheel_imports_nothing_of_rails_that_bend() -> None:
+    code = (
+        "import sys, wheeltapper as wt; from wheeltapper.lower.door import lowered_scenario\n"
+        "lowered_scenario(wt.Scenario(vehicle=wt.Wheelset(mass=1500, load=9e4), speed=9.0, duration=0.1)).contacts\n"
+        "parts = 'wheeltapper.lower.track.ring', 'wheeltapper.lower.marks.marks', 'wheeltapper.march.general.tables'\n"
+        "assert not {*parts} & {*sys.modules}"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

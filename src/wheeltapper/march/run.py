@@ -59,6 +59,10 @@ if TYPE_CHECKING:
     """Programs of the wagon's marches."""
 
 
+LOCKSTEP, AS_OBJECTS, SHARING_TABLES, ALONE_EACH = "in lockstep", "as objects", "sharing tables", "alone"
+"""How a march takes the cells of a map."""
+
+
 @dataclass(frozen=True, eq=False)
 class Marcher:
     """A march, and what it knows.
@@ -79,11 +83,7 @@ class Marcher:
     name: str
     covers: frozenset[Need]
     requires: frozenset[Need] = NOTHING
-    cells: str = "alone"
-
-
-LOCKSTEP, AS_OBJECTS, SHARING_TABLES, ALONE_EACH = "in lockstep", "as objects", "sharing tables", "alone"
-"""How a march takes the cells of a map."""
+    cells: str = ALONE_EACH
 
 
 _ONE_WHEEL = frozenset({DECK, DECK_ENDS, IRREGULARITY, POINT, START})

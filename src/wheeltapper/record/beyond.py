@@ -16,7 +16,7 @@ from wheeltapper.march.common import program as contract
 
 def beyond_laws(lowered: LoweredScenario, march: Any) -> tuple[Note, ...]:
     """Return notes where a march left the range of its creep law, a law of one's own or a plastic law."""
-    scenario, contacts = lowered.scenario, lowered.contacts
+    scenario = lowered.scenario
     notes: tuple[Note, ...] = ()
     if scenario.creep is not None:
         from wheeltapper.record.creep_range import beyond_spin
@@ -26,6 +26,7 @@ def beyond_laws(lowered: LoweredScenario, march: Any) -> tuple[Note, ...]:
         notes += beyond_table(scenario.contact, *march.extremes())
     if not lowered.plastic_laws:
         return notes
+    contacts = lowered.contacts
     contact = contacts.contact_of_rows(march.peaks)
     forces = march.peaks[:, contract.PEAK_FORCE] * lowered.force * contacts.sides  # as if both wheels pressed alike
     treads = contact < len(contacts.static_force)

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.notes import Note
-from wheeltapper.lower.contacts import Contacts
-from wheeltapper.lower.laws.plastic import PlasticLaw
-from wheeltapper.lower.lowered.rails_below import RailsBelow
-from wheeltapper.lower.marks.marks import Surface
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from wheeltapper.describe.scenario import Scenario
+    from wheeltapper.ground.notes import Note
+    from wheeltapper.lower.contacts import Contacts
+    from wheeltapper.lower.laws.plastic import PlasticLaw
+    from wheeltapper.lower.lowered.rails_below import RailsBelow
+    from wheeltapper.lower.marks.marks import Surface
 
 DECK = "deck"
 """Name of the body, or of the freedom, that is a deck."""

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.lower.track.anomalies import Anomalies
-from wheeltapper.lower.track.irregular import IrregularModes
-from wheeltapper.lower.track.ring import TrackModes
-from wheeltapper.lower.track.section import Section
-
 if TYPE_CHECKING:
+    from wheeltapper.lower.track.anomalies import Anomalies
+    from wheeltapper.lower.track.irregular import IrregularModes
+    from wheeltapper.lower.track.ring import TrackModes
+    from wheeltapper.lower.track.section import Section
     from wheeltapper.march.wagon.rails.replay import RailAt
 
 FloatArray = NDArray[np.float64]
