@@ -33,7 +33,7 @@ from wheeltapper.march.common.law_columns import PLASTIC_CONSTANT, PLASTIC_ONSET
 from wheeltapper.march.common.program import IntArray
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general.laws import switch
-from wheeltapper.march.general.layout import ROW_COLUMNS
+from wheeltapper.march.general.layout import ROW
 
 if TYPE_CHECKING:
     from wheeltapper.march.general.task import Marched
@@ -209,7 +209,7 @@ class LoweredOnRails(LoweredScenario):
     @property
     def row_bytes(self) -> float:
         """Memory that each macro step takes."""
-        return 8.0 * ROW_COLUMNS * len(self.plane.positions)
+        return float(ROW.itemsize) * len(self.plane.positions)
 
     @property
     def contacts(self) -> Contacts:

@@ -15,7 +15,7 @@ from wheeltapper.march.common.program import FloatArray
 from wheeltapper.march.general import local, paths
 from wheeltapper.march.general.crossings import NO_CROSSING, first_crossing
 from wheeltapper.march.general.laws.switch import LAW_KIND, PLASTIC
-from wheeltapper.march.general.layout import BEGIN, JOINED, STRETCH_NOW
+from wheeltapper.march.general.layout import BEGIN
 from wheeltapper.march.general.records import Nodes, Room, Site
 
 UP, DOWN, NOWHERE = 1.0, -1.0, 0.0
@@ -27,7 +27,7 @@ AT_BORDER = 1e-6
 @uncounted_kernel
 def border_at(direction: float, theta: float, site: Site) -> float:
     """Return the indentation at which a contact leaves its stretch up or down; infinity where it does not."""
-    stretch = site.place[STRETCH_NOW]
+    stretch = site.place["stretch"]
     if stretch == 0.0 and direction == DOWN:
         return -np.inf
     left, bears, _ = paths.surface_at(site.pieces, site.place, site.x0, site.stride, site.lift, theta)
@@ -44,9 +44,9 @@ def beyond(direction: float, theta: float, q: int, gap: float, site: Site) -> tu
     if not np.isfinite(delta):
         return -np.inf, 1.0
     left, _, factor = paths.surface_at(site.pieces, site.place, site.x0, site.stride, site.lift, theta)
-    if site.place[STRETCH_NOW] != 0.0:
+    if site.place["stretch"] != 0.0:
         factor = 1.0
-    force, slope = plastic_force(delta, left, site.place[STRETCH_NOW], site.law, site.table)
+    force, slope = plastic_force(delta, left, site.place["stretch"], site.law, site.table)
     compliance, _ = local.sum_at(theta, q, site.local)
     compliance *= factor
     return direction * (gap - delta - compliance * force), 1.0 + compliance * slope
@@ -58,7 +58,7 @@ def astray(theta: float, q: int, gap: float, site: Site) -> float:
     if site.law[LAW_KIND] != PLASTIC:
         return NOWHERE
     for direction in (UP, DOWN):
-        if site.place[JOINED] != direction:
+        if site.place["joined"] != direction:
             value, _ = beyond(direction, theta, q, gap, site)
             if value > 0.0:
                 return direction
@@ -86,7 +86,7 @@ def leaves(nodes: Nodes, site: Site, room: Room) -> tuple[float, float]:
     for direction in (UP, DOWN):
         if not _over_border(direction, n, room.theta, site, room):
             continue
-        if site.place[JOINED] == direction:  # the zero at the start is taken out; behind a jump there is none
+        if site.place["joined"] == direction:  # the zero at the start is taken out; behind a jump there is none
             start = 0.0
             for k in range(n):
                 start += nodes.bernstein[BEGIN, k] * room.F[k]
@@ -138,10 +138,10 @@ def approach(direction: float, nodes: Nodes, pace: float, site: Site, room: Room
 def enter(direction: float, theta: float, site: Site) -> None:
     """Go over to the stretch behind a border; back from what the surface bears it is the elastic one."""
     place = site.place
-    after = place[STRETCH_NOW] + direction
+    after = place["stretch"] + direction
     if direction == DOWN and after > 0.0:
         left, bears, _ = paths.surface_at(site.pieces, place, site.x0, site.stride, site.lift, theta)
         if border_of(after + 1.0, site.law, site.table) - left < bears:
             after = 0.0
-    place[STRETCH_NOW] = after
-    place[JOINED] = -direction
+    place["stretch"] = after
+    place["joined"] = -direction

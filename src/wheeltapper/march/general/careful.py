@@ -25,11 +25,12 @@ import numpy as np
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.kernel import uncounted_kernel
 from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.rows import Row, Rows
 from wheeltapper.march.general import borders, layout, local, paths
 from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.crossings import NO_CROSSING, first_crossing
 from wheeltapper.march.general.laws.switch import LAW_PULLS, LAW_RATED, trend
-from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY, FLYING, IMPACT_AT, LOSS_AT
+from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY, FLYING
 from wheeltapper.march.general.records import Nodes, Room, Site
 
 SNAP = 1e-12
@@ -55,34 +56,34 @@ ROWS_NOW, EVENTS_NOW = 0, 1
 
 
 @uncounted_kernel
-def log_row(step: int, i: int, start: float, end: float, how: int, origin: float, span: float, s0: float, s1: float, n: int, N: FloatArray, rows: FloatArray, counts: IntArray) -> None:  # fmt: skip  # noqa: E501
+def log_row(step: int, i: int, start: float, end: float, how: int, origin: float, span: float, s0: float, s1: float, n: int, N: FloatArray, rows: Rows, counts: IntArray) -> None:  # fmt: skip  # noqa: E501
     """Write a part of a macro step in the contact's next row."""
     row = rows[counts[ROWS_NOW]]
     counts[ROWS_NOW] += 1
-    row[layout.ROW_STEP] = step
-    row[layout.ROW_CONTACT] = i
-    row[layout.ROW_FROM] = start
-    row[layout.ROW_TO] = end
-    row[layout.ROW_MAP] = how
-    row[layout.ROW_ORIGIN] = origin
-    row[layout.ROW_SPAN] = span
-    row[layout.ROW_S0] = s0
-    row[layout.ROW_S1] = s1
-    row[layout.ROW_NODES] = n
+    row["step"] = step
+    row["contact"] = i
+    row["from"] = start
+    row["to"] = end
+    row["map"] = how
+    row["origin"] = origin
+    row["span"] = span
+    row["s0"] = s0
+    row["s1"] = s1
+    row["nodes"] = n
     for k in range(n):
-        row[layout.ROW_FORCES + k] = N[k]
+        row["forces"][k] = N[k]
 
 
 @uncounted_kernel
-def log_event(step: int, i: int, at: float, kind: int, rate: float, events: FloatArray, counts: IntArray) -> None:
+def log_event(step: int, i: int, at: float, kind: int, rate: float, events: Rows, counts: IntArray) -> None:
     """Write an event of the present macro step."""
     row = events[counts[EVENTS_NOW]]
     counts[EVENTS_NOW] += 1
-    row[layout.EVENT_STEP] = step
-    row[layout.EVENT_PART] = at
-    row[layout.EVENT_KIND_IS] = kind
-    row[layout.EVENT_RATE_IS] = rate
-    row[layout.EVENT_CONTACT_IS] = i
+    row["step"] = step
+    row["part"] = at
+    row["kind"] = kind
+    row["rate"] = rate
+    row["contact"] = i
 
 
 @uncounted_kernel
@@ -188,7 +189,7 @@ def _pulls(nodes: Nodes, limit: float, site: Site, room: Room) -> float:
         return NO_CROSSING
     n = len(nodes.places)
     local.trends(n, site.law, site.table, room, room.F)
-    if site.place[layout.JOINED] != 0.0:  # the zero at the start is taken out
+    if site.place["joined"] != 0.0:  # the zero at the start is taken out
         start = 0.0
         for k in range(n):
             start += nodes.bernstein[layout.BEGIN, k] * room.F[k]
@@ -202,30 +203,30 @@ def _pulls(nodes: Nodes, limit: float, site: Site, room: Room) -> float:
 
 
 @uncounted_kernel
-def _solve_to(at: float, theta: float, again: bool, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room) -> tuple[bool, int, float, float, float, float, float]:  # fmt: skip  # noqa: E501
+def _solve_to(at: float, theta: float, again: bool, nodes: Nodes, q: int, settings: Row, site: Site, room: Room) -> tuple[bool, int, float, float, float, float, float]:  # fmt: skip  # noqa: E501
     """Solve from θ to a place where something but a loss ends the part; return whether that is done.
 
     Then follow map, origin, span, s0 and s1, and the pace at the end.
     """
-    impact = site.place[IMPACT_AT]
+    impact = site.place["impact"]
     how, origin, span, s0, s1 = EVENLY, theta, at - theta, 0.0, 1.0
     pace = span
     if theta - impact < RECENT:
         how, origin, s0, s1 = AFTER_IMPACT, impact, sqrt(max(theta - impact, 0.0)), sqrt(at - impact)
         pace = 2.0 * s1 * (s1 - s0)
-    solved = local.solve_part(nodes, q, how, origin, span, s0, s1, again, settings[layout.NEWTON_LIMIT], site, room)
+    solved = local.solve_part(nodes, q, how, origin, span, s0, s1, again, settings["newton_limit"], site, room)
     return solved, how, origin, span, s0, s1, pace
 
 
 @uncounted_kernel
-def go_over(step: int, i: int, theta: float, direction: float, guess: float, limit: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
+def go_over(step: int, i: int, theta: float, direction: float, guess: float, limit: float, nodes: Nodes, q: int, settings: Row, site: Site, room: Room, rows: Rows, events: Rows, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
     """Go on in contact from θ to where it leaves its law's stretch, near a guess; return an outcome and where.
 
     Moments behind it are in `room.after`.
     """
     n = len(nodes.places)
     place = site.place
-    yields = direction == borders.UP and place[layout.STRETCH_NOW] == 0.0
+    yields = direction == borders.UP and place["stretch"] == 0.0
     at = guess
     if at <= theta + SNAP:
         if yields:
@@ -248,21 +249,21 @@ def go_over(step: int, i: int, theta: float, direction: float, guess: float, lim
         if slope <= 0.0:
             return FAILED, at
         away = -value / (slope * steepness)
-        if abs(away) < settings[layout.LOSS_LIMIT]:
-            if local.tail_of(nodes, room.N) > settings[layout.TAIL_LIMIT] and at - theta > SHORTEST:
+        if abs(away) < settings["loss_limit"]:
+            if local.tail_of(nodes, room.N) > settings["tail_limit"] and at - theta > SHORTEST:
                 return FAILED, at
             log_row(step, i, theta, at, how, origin, span, s0, s1, n, room.N, rows, counts)
             if yields:
                 log_event(step, i, at + away, contract.YIELD, rate / site.seconds, events, counts)
             borders.enter(direction, at, site)
-            place[layout.BEGAN] = local.end_indentation(n, nodes, place, room)
+            place["began"] = local.end_indentation(n, nodes, place, room)
             return FOUND, at
         at += min(max(away, 0.5 * (theta - at)), at - theta)
     return FAILED, at
 
 
 @uncounted_kernel
-def release(step: int, i: int, theta: float, guess: float, limit: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
+def release(step: int, i: int, theta: float, guess: float, limit: float, nodes: Nodes, q: int, settings: Row, site: Site, room: Room, rows: Rows, events: Rows, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
     """Go on in contact from θ to where the law would pull, near a guess; return an outcome and where.
 
     Moments behind it are in `room.after`.
@@ -273,8 +274,8 @@ def release(step: int, i: int, theta: float, guess: float, limit: float, nodes: 
     if at <= theta + SNAP:
         _, slope = local.gap_at(theta, q, room.free, site)
         log_event(step, i, theta, contract.LOSS, slope / site.seconds, events, counts)
-        place[layout.FREE_NOW] = layout.RELEASED
-        place[LOSS_AT] = np.inf
+        place["phase"] = layout.RELEASED
+        place["loss"] = np.inf
         return FOUND, theta
     for turn in range(12):
         if at <= theta + SNAP:
@@ -293,26 +294,26 @@ def release(step: int, i: int, theta: float, guess: float, limit: float, nodes: 
         if slope >= 0.0:
             return FAILED, at
         away = -value / slope
-        if abs(away) < settings[layout.LOSS_LIMIT]:
-            if local.tail_of(nodes, room.N) > settings[layout.TAIL_LIMIT] and at - theta > SHORTEST:
+        if abs(away) < settings["loss_limit"]:
+            if local.tail_of(nodes, room.N) > settings["tail_limit"] and at - theta > SHORTEST:
                 return FAILED, at
             log_row(step, i, theta, at, how, origin, span, s0, s1, n, room.N, rows, counts)
             log_event(step, i, at + away, contract.LOSS, rate, events, counts)
-            place[layout.FREE_NOW] = layout.RELEASED
-            place[LOSS_AT] = np.inf
-            place[layout.BEGAN] = local.end_indentation(n, nodes, place, room)
+            place["phase"] = layout.RELEASED
+            place["loss"] = np.inf
+            place["began"] = local.end_indentation(n, nodes, place, room)
             return FOUND, at
         at += min(max(away, 0.5 * (theta - at)), at - theta)
     return FAILED, at
 
 
 @uncounted_kernel
-def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room) -> tuple[int, float, float, float, float, float]:  # fmt: skip  # noqa: E501
+def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, settings: Row, site: Site, room: Room) -> tuple[int, float, float, float, float, float]:  # fmt: skip  # noqa: E501
     """Find the end of a contact that lasts from θ on; return an outcome, where its part ends, s0 and span of its map.
 
     Then follow the loss itself, and D's derivative there. Moments behind it are in `room.after`.
     """
-    impact = site.place[IMPACT_AT]
+    impact = site.place["impact"]
     recent = theta - impact < RECENT
     at = guess
     for turn in range(12):
@@ -324,9 +325,7 @@ def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, se
         if recent:
             how, origin, span, s1 = layout.IMPACT_TO_LOSS, impact, at - impact, 1.0
             s0 = local.smoothstep_inverse((theta - impact) / span)
-        solved = local.solve_part(
-            nodes, q, how, origin, span, s0, s1, turn > 0, settings[layout.NEWTON_LIMIT], site, room
-        )
+        solved = local.solve_part(nodes, q, how, origin, span, s0, s1, turn > 0, settings["newton_limit"], site, room)
         if not solved:
             return FAILED, at, 0.0, 0.0, at, 0.0
         local.free_sum(q, site.c, site.B, room.after, room.spare)
@@ -334,8 +333,8 @@ def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, se
         if slope >= 0.0:
             return FAILED, at, 0.0, 0.0, at, 0.0
         away = -value / slope
-        if abs(away) < settings[layout.LOSS_LIMIT]:
-            if local.tail_of(nodes, room.N) > settings[layout.TAIL_LIMIT] and at - theta > SHORTEST:
+        if abs(away) < settings["loss_limit"]:
+            if local.tail_of(nodes, room.N) > settings["tail_limit"] and at - theta > SHORTEST:
                 return FAILED, at, 0.0, 0.0, at, 0.0
             return FOUND, at, s0, span, at + away, slope
         at += min(max(away, 0.5 * (theta - at)), at - theta)
@@ -363,17 +362,17 @@ def _falls(n: int, nodes: Nodes, how: int, origin: float, span: float, s0: float
 
 
 @uncounted_kernel
-def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
+def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, settings: Row, site: Site, room: Room, rows: Rows, events: Rows, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
     """Go on in contact from θ, to the limit or a loss, or less far; return a status and where."""
     place = site.place
     n = len(nodes.places)
-    impact = place[IMPACT_AT]
+    impact = place["impact"]
     recent = theta - impact < RECENT
     start, start_slope = local.gap_at(theta, q, room.free, site)
     pulls_too = site.law[LAW_PULLS] != 0.0
     if start <= 0.0 and start_slope < 0.0 and not pulls_too:
         log_event(step, i, theta, contract.LOSS, start_slope / site.seconds, events, counts)
-        place[layout.FREE_NOW] = FLYING
+        place["phase"] = FLYING
         return contract.RUNNING, theta
     direction = borders.astray(theta, q, start, site)
     if direction != borders.NOWHERE:
@@ -387,7 +386,7 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
         to = theta + length
         if length == limit - theta:
             to = limit
-        loss = place[LOSS_AT]
+        loss = place["loss"]
         if loss <= theta:
             loss = np.inf
         guess = loss if loss <= to else np.inf
@@ -406,7 +405,7 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
                 how = BEFORE_LOSS
                 origin, s0, s1 = loss, sqrt(loss - theta), sqrt(loss - to)
             solved = local.solve_part(
-                nodes, q, how, origin, span, s0, s1, bool(NO), settings[layout.NEWTON_LIMIT], site, room
+                nodes, q, how, origin, span, s0, s1, bool(NO), settings["newton_limit"], site, room
             )
             if not solved:
                 if length < SHORTEST:
@@ -420,7 +419,7 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
                 return layout.UNSOLVED, theta
             if not pulls_too and not grazes:
                 root = _falls(n, nodes, how, origin, span, s0, s1, start, start_slope, end, room)
-            pulls, border = _ends_otherwise(nodes, late, settings[layout.TAIL_LIMIT], site, room)
+            pulls, border = _ends_otherwise(nodes, late, settings["tail_limit"], site, room)
             if pulls != NO_CROSSING and (root == NO_CROSSING or pulls < root):
                 root, pulled, direction, less = pulls, True, border, 0.5 * length
             if root != NO_CROSSING:
@@ -431,17 +430,17 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
                 how, origin, s1 = BEFORE_LOSS, at, 0.0
                 if recent:
                     how, origin, s1 = layout.IMPACT_TO_LOSS, impact, 1.0
-                pulls, direction = _ends_otherwise(nodes, late, settings[layout.TAIL_LIMIT], site, room)
+                pulls, direction = _ends_otherwise(nodes, late, settings["tail_limit"], site, room)
                 if pulls == NO_CROSSING:
                     log_row(step, i, theta, at, how, origin, span, s0, s1, n, room.N, rows, counts)
                     log_event(step, i, loss, contract.LOSS, slope / site.seconds, events, counts)
-                    place[layout.FREE_NOW] = FLYING
-                    place[LOSS_AT] = np.inf
-                    place[layout.BEGAN] = 0.0
+                    place["phase"] = FLYING
+                    place["loss"] = np.inf
+                    place["began"] = 0.0
                     return contract.RUNNING, at
                 guess = local.part_of(how, origin, span, s0 + (s1 - s0) * pulls)
                 pulled, less = True, 0.5 * min(length, guess - theta)
-                place[LOSS_AT] = np.inf
+                place["loss"] = np.inf
         if pulled:
             if direction == borders.NOWHERE:
                 outcome, at = release(
@@ -461,17 +460,17 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
             length = less
             continue
         if guess != np.inf:
-            place[LOSS_AT] = at if outcome == TOO_LATE and at < limit + FORESEEN else np.inf
+            place["loss"] = at if outcome == TOO_LATE and at < limit + FORESEEN else np.inf
             if outcome == FAILED or beyond or length < limit - theta:
                 if length < SHORTEST and not grazes:  # too shallow to be found
-                    grazes, length, place[LOSS_AT] = True, limit - theta, np.inf
+                    grazes, length, place["loss"] = True, limit - theta, np.inf
                     continue
                 if length < SHORTEST:
                     return layout.UNSOLVED, theta
                 length = 0.5 * min(length, guess - theta)
             beyond = outcome == TOO_LATE
             continue
-        if local.tail_of(nodes, room.N) > settings[layout.TAIL_LIMIT] and length > SHORTEST:
+        if local.tail_of(nodes, room.N) > settings["tail_limit"] and length > SHORTEST:
             length *= 0.5
             continue
         middle = n // 2
@@ -479,48 +478,47 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
         bend = 2.0 * (room.delta[middle] + room.r[middle] * room.N[middle] - end + end_slope * back) / (back * back)
         soon = np.inf if pulls_too else to + foresee_loss(end, end_slope, bend)
         near = loss - to < FORESEEN
-        place[LOSS_AT] = soon if soon < to + 2.0 * FORESEEN else np.inf
+        place["loss"] = soon if soon < to + 2.0 * FORESEEN else np.inf
         if soon < to + FORESEEN and not near and soon > to:
             continue
         log_row(step, i, theta, to, how, origin, span, s0, s1, n, room.N, rows, counts)
-        place[layout.JOINED] = 0.0
-        place[layout.BEGAN] = local.end_indentation(n, nodes, place, room)
+        place["joined"] = 0.0
+        place["began"] = local.end_indentation(n, nodes, place, room)
         return contract.RUNNING, to
     return layout.UNSOLVED, theta
 
 
 @uncounted_kernel
-def _cross(step: int, i: int, theta: float, q: int, site: Site, room: Room, events: FloatArray, counts: IntArray) -> int:  # fmt: skip  # noqa: E501
+def _cross(step: int, i: int, theta: float, q: int, site: Site, room: Room, events: Rows, counts: IntArray) -> int:  # fmt: skip  # noqa: E501
     """Enter the next piece of the path; return a status."""
     place = site.place
     ends = site.ends
     join = paths.enter_next_piece(
-        site.pieces, int(ends[layout.TABLE_BEGIN]), int(ends[layout.TABLE_END]), int(ends[layout.TABLE_LOOP]),
-        int(ends[layout.TABLE_JOIN]), place,
+        site.pieces, ends["begin"], ends["end"], ends["loop"], ends["join"], place,
     )  # fmt: skip
     if join < 0:
         return contract.END_OF_PATH
     if join == contract.JUMP and site.law[LAW_PULLS] == 0.0:
         local.free_sum(q, site.c, site.B, room.moments, room.free)
         value, slope = local.gap_at(theta, q, room.free, site)
-        place[LOSS_AT] = np.inf
-        place[layout.BEGAN] = max(value, 0.0)
-        place[layout.JOINED] = 0.0
-        if value > 0.0 and place[layout.FREE_NOW] == FLYING:
+        place["loss"] = np.inf
+        place["began"] = max(value, 0.0)
+        place["joined"] = 0.0
+        if value > 0.0 and place["phase"] == FLYING:
             log_event(step, i, theta, contract.IMPACT, slope / site.seconds, events, counts)
-            place[layout.FREE_NOW] = layout.TOUCHING
-            place[layout.STRETCH_NOW] = 0.0
-            place[IMPACT_AT] = -np.inf
-        elif value <= 0.0 and place[layout.FREE_NOW] == layout.TOUCHING:
+            place["phase"] = layout.TOUCHING
+            place["stretch"] = 0.0
+            place["impact"] = -np.inf
+        elif value <= 0.0 and place["phase"] == layout.TOUCHING:
             log_event(step, i, theta, contract.LOSS, slope / site.seconds, events, counts)
-            place[layout.FREE_NOW] = FLYING
+            place["phase"] = FLYING
         elif value <= 0.0:
-            place[layout.FREE_NOW] = FLYING
+            place["phase"] = FLYING
     return contract.RUNNING
 
 
 @uncounted_kernel
-def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places: FloatArray, matrix: FloatArray, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
+def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places: FloatArray, matrix: FloatArray, settings: Row, site: Site, room: Room, rows: Rows, events: Rows, counts: IntArray, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
     """March one contact over a macro step, from event to event; return a status. Its moments are in `room.moments`.
 
     Where the contact is `shared`, the moments up to each macro node are written to `sums`, (node, moment).
@@ -549,8 +547,8 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
         if limit > 1.0 - SNAP:
             limit = 1.0
         local.free_sum(q, site.c, site.B, room.moments, room.free)
-        if place[layout.FREE_NOW] != layout.TOUCHING:
-            released = place[layout.FREE_NOW] == layout.RELEASED
+        if place["phase"] != layout.TOUCHING:
+            released = place["phase"] == layout.RELEASED
             presses = True
             if released:
                 at, presses = drift(theta, limit, q, places, matrix, site, room)
@@ -558,7 +556,7 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
                 at = fly(theta, limit, fresh, q, places, matrix, site, room)
             fresh = bool(NO)
             end = limit if at == NO_CROSSING else at
-            rises = released and (end > theta or place[layout.LAGS] != 0.0)  # a lag has the law press from nothing
+            rises = released and (end > theta or place["lags"] != 0.0)  # a lag has the law press from nothing
             if end > theta:
                 room.N[:1] = 0.0
                 log_row(step, i, theta, end, EVENLY, theta, end - theta, 0.0, 1.0, 1, room.N, rows, counts)
@@ -569,14 +567,14 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
             if at != NO_CROSSING and presses:
                 value, slope = local.gap_at(at, q, room.free, site)
                 log_event(step, i, at, contract.IMPACT, slope / site.seconds, events, counts)
-                place[layout.FREE_NOW] = layout.TOUCHING
-                place[IMPACT_AT] = -np.inf if released else at
-                place[LOSS_AT] = np.inf
-                place[layout.BEGAN] = value if released else 0.0
-                place[layout.STRETCH_NOW] = 0.0
-                place[layout.JOINED] = borders.UP if rises else borders.NOWHERE
+                place["phase"] = layout.TOUCHING
+                place["impact"] = -np.inf if released else at
+                place["loss"] = np.inf
+                place["began"] = value if released else 0.0
+                place["stretch"] = 0.0
+                place["joined"] = borders.UP if rises else borders.NOWHERE
             elif at != NO_CROSSING:
-                place[layout.FREE_NOW] = FLYING
+                place["phase"] = FLYING
                 fresh = not bool(NO)
             continue
         status, to = press(step, i, theta, limit, nodes, q, settings, site, room, rows, events, counts)
@@ -586,37 +584,37 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
             if shared:
                 k = share_part(k, to, nodes, macro, q, rows[counts[ROWS_NOW] - 1], room, sums)
             copy(room.after[:q], room.moments)
-        fresh = place[layout.FREE_NOW] == FLYING
+        fresh = place["phase"] == FLYING
         theta = to
     return layout.CHATTERS
 
 
 @uncounted_kernel
-def sigma_of(theta: float, row: FloatArray) -> float:
+def sigma_of(theta: float, row: Row) -> float:
     """Return σ, from 0 to 1, of a part θ of the macro step in a logged row."""
-    how = row[layout.ROW_MAP]
-    origin = row[layout.ROW_ORIGIN]
+    how = row["map"]
+    origin = row["origin"]
     s = theta - origin
     if how == EVENLY:
-        return s / row[layout.ROW_SPAN]
+        return s / row["span"]
     if how == AFTER_IMPACT:
         s = sqrt(max(s, 0.0))
     elif how == BEFORE_LOSS:
         s = sqrt(max(-s, 0.0))
     else:
-        s = local.smoothstep_inverse(s / row[layout.ROW_SPAN])
-    return (s - row[layout.ROW_S0]) / (row[layout.ROW_S1] - row[layout.ROW_S0])
+        s = local.smoothstep_inverse(s / row["span"])
+    return (s - row["s0"]) / (row["s1"] - row["s0"])
 
 
 @uncounted_kernel
-def sigmas_of(theta: FloatArray, index: IntArray, rows: FloatArray, out: FloatArray) -> None:
+def sigmas_of(theta: FloatArray, index: IntArray, rows: Rows, out: FloatArray) -> None:
     """Write σ of parts θ, each in the row that its index tells."""
     for k in range(len(theta)):
         out[k] = sigma_of(theta[k], rows[index[k]])
 
 
 @uncounted_kernel
-def share_part(k: int, to: float, nodes: Nodes, macro: Nodes, q: int, row: FloatArray, room: Room, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
+def share_part(k: int, to: float, nodes: Nodes, macro: Nodes, q: int, row: Row, room: Room, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
     """Write the moments up to the macro nodes in a solved part, from node k on; return the first node behind it."""
     n = len(nodes.places)
     first = k

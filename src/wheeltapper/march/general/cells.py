@@ -17,6 +17,7 @@ from typing import NamedTuple
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.rows import Rows
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.layout import BEGIN, IM, RE
 from wheeltapper.march.general.modal import read_lanes, seen_from_first, turn, write_lanes
@@ -54,14 +55,14 @@ class Lanes(NamedTuple):
 
     modes: FloatArray
     bodies: FloatArray
-    contacts: FloatArray
+    contacts: Rows
     guess: FloatArray
     forces: FloatArray
-    trend: FloatArray
-    ends: FloatArray
+    trend: Rows
+    ends: Rows
     laws: FloatArray
     starts: FloatArray
-    settings: FloatArray
+    settings: Rows
     sinking: FloatArray
     kind: IntArray
     scales: FloatArray
@@ -151,15 +152,15 @@ def _tables_at(p: int, k: int, lasts: int, length: float, force: float, track: T
 
 
 @inlined_uncounted_kernel
-def _count(first: int, last: int, contacts: int, impact: int, loss: int, events: FloatArray, met: IntArray) -> bool:
+def _count(first: int, last: int, contacts: int, impact: int, loss: int, events: Rows, met: IntArray) -> bool:
     """Count a cell's new events; return True once all of its contacts have come as far as was asked."""
     for row in range(first, last):
-        i = int(events[row, layout.EVENT_CONTACT_IS]) % contacts
-        if events[row, layout.EVENT_KIND_IS] == contract.IMPACT:
+        i = int(events[row]["contact"]) % contacts
+        if events[row]["kind"] == contract.IMPACT:
             met[i, MET_IMPACTS] += 1
             if met[i, MET_IMPACTS] == impact:
                 met[i, MET_ENDED] = 1
-        elif events[row, layout.EVENT_KIND_IS] == contract.LOSS and met[i, MET_IMPACTS] == loss:
+        elif events[row]["kind"] == contract.LOSS and met[i, MET_IMPACTS] == loss:
             met[i, MET_ENDED] = 1
     ended = 0
     for i in range(contacts):
@@ -180,9 +181,7 @@ def cells_kernel(step: int, last: int, impact: int, loss: int, track: Tables, ki
     states = lanes.bodies.shape[1]
     margin = len(lanes.modes) * contacts * (layout.MOST_PARTS + 2)
     while True:
-        if used[layout.LOGGED_EVENTS] + margin > len(logs.events) or used[layout.LOGGED_PEAKS] + margin > len(
-            logs.peaks
-        ):
+        if used["events"] + margin > len(logs.events) or used["peaks"] + margin > len(logs.peaks):
             return step
         running = False
         for w in range(len(lanes.steps)):
@@ -227,19 +226,19 @@ def cells_kernel(step: int, last: int, impact: int, loss: int, track: Tables, ki
             if status != contract.RUNNING:
                 lanes.status[w] = status
                 continue
-            used[layout.LOGGED_ROWS] = 0
-            events, peaks = used[layout.LOGGED_EVENTS], used[layout.LOGGED_PEAKS]
+            used["rows"] = 0
+            events, peaks = used["events"], used["peaks"]
             for i in range(contacts):
                 commit(step, i, here, motion, stage, logs, room)
-            for row in range(events, used[layout.LOGGED_EVENTS]):
-                logs.events[row, layout.EVENT_CONTACT_IS] += w * contacts
-            for row in range(peaks, used[layout.LOGGED_PEAKS]):
-                logs.peaks[row, layout.MAXIMUM_CONTACT] += w * contacts
+            for row in range(events, used["events"]):
+                logs.events[row]["contact"] += w * contacts
+            for row in range(peaks, used["peaks"]):
+                logs.peaks[row]["contact"] += w * contacts
             step_bodies(kinds.step[k, lasts], kinds.write[k, lasts], stage.moments, bodies, room.spare)
             for i in range(contacts):
                 for m in range(q):
                     lanes.moments[i, w, m] = force * stage.moments[i, m]
-            if _count(events, used[layout.LOGGED_EVENTS], contacts, impact, loss, logs.events, lanes.met[w]):
+            if _count(events, used["events"], contacts, impact, loss, logs.events, lanes.met[w]):
                 lanes.status[w] = contract.ENOUGH
         _write_all(step, track, lanes, own)
         step += 1

@@ -18,6 +18,7 @@ import numpy as np
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.blocks import algebra_on_one_thread
 from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.rows import Rows, row_of
 from wheeltapper.march.common.telling import GENERAL_CHUNK
 from wheeltapper.march.general import layout
 from wheeltapper.march.general import march as general
@@ -247,14 +248,14 @@ class _Block:
         each = count, contacts
         lanes = Lanes(
             np.zeros((count, 2, modes)), np.zeros((count, len(tabulation.states_of(first.bodies).A))),
-            np.zeros((*each, layout.STATE_COLUMNS)), np.zeros((*each, q)), np.zeros((*each, q)),
-            np.zeros((*each, layout.TREND_COLUMNS)), np.zeros((*each, 4)), np.zeros((*each, switch.LAW_NUMBERS)),
-            np.zeros(each), np.zeros((count, layout.SETTINGS)), np.zeros(each), np.zeros(count, np.int64),
+            np.zeros(each, layout.STATE), np.zeros((*each, q)), np.zeros((*each, q)),
+            np.zeros(each, layout.TREND), np.zeros(each, layout.ENDS), np.zeros((*each, switch.LAW_NUMBERS)),
+            np.zeros(each), np.zeros(count, layout.SETTINGS), np.zeros(each), np.zeros(count, np.int64),
             np.ones((count, 2)), np.zeros(count, np.int64), np.full(count, contract.DONE),
             np.zeros((*each, 2), np.int64), np.zeros((contacts, count, q)), np.zeros((contacts, count, q)),
         )  # fmt: skip
         lanes.bodies[:, -1] = 1.0
-        lanes.trend[:, :, layout.LOWEST_SINCE] = np.inf
+        lanes.trend["lowest"] = np.inf
         units, order = self.shared.track.units, general.order_of(first.ring)
         for w, (task, kind) in enumerate(zip(self.tasks, self.kinds, strict=True)):
             lanes.laws[w], lanes.kind[w] = kind.laws, kind.number
@@ -272,7 +273,7 @@ class _Block:
         begin, pieces = self.paths.first_row(contact.pieces), len(contact.pieces)
         lanes.ends[w, i] = begin, begin + pieces, contact.loop, contact.join
         lanes.starts[w, i] = contact.start
-        ends = np.array([[0.0, pieces, contact.loop, contact.join]])
+        ends = np.array([(0, pieces, contact.loop, contact.join)], layout.ENDS)
         data = Data(
             *self.nodes, contact.pieces, ends, kind.laws[i : i + 1], kind.law_tables[i], lanes.starts[w, i : i + 1],
             lanes.settings[w],
@@ -282,8 +283,8 @@ class _Block:
         force = float(kind.static[i]) / kind.units.force
         delta = general.indentation_of(force, law, kind.law_tables[i], spots[0])
         lanes.contacts[w, i] = general.first_places(data)[0]
-        lanes.contacts[w, i, layout.PIECE_NOW] += begin
-        lanes.contacts[w, i, layout.BEGAN] = delta
+        lanes.contacts["piece"][w, i] += begin
+        lanes.contacts["began"][w, i] = delta
         lanes.sinking[w, i] = delta - height[0] + kind.sinking[i] / kind.units.length
         lanes.forces[w, i] = force
         return float(height[0]), spots[0]
@@ -297,17 +298,17 @@ class _Block:
             return
         moved = lanes.bodies[w, :-1]
         if bodies.guides.size:
-            level, stood = general.standing(system, kind.static, kind.units, contacts[:, layout.BEGAN], height, spots)
+            level, stood = general.standing(system, kind.static, kind.units, contacts["began"], height, spots)
             lanes.sinking[w], moved[: len(bodies.mass)] = level, stood * length
         if bodies.raised.size:
             moved[:] = general.raised_state(bodies, moved, lanes.sinking[w] * length)
         sprung = kind.local - kind.sinking + bodies.shapes.T @ moved[: len(bodies.mass)]
         gap = height + lanes.sinking[w] + sprung / length
-        contacts[:, layout.FREE_NOW] = (gap <= 0.0) & (kind.laws[:, switch.LAW_PULLS] == 0.0)
+        contacts["phase"] = (gap <= 0.0) & (kind.laws[:, switch.LAW_PULLS] == 0.0)
         compliance = kind.local / kind.static * kind.units.force / length
         for i, contact in enumerate(system.contacts):
             law = general.law_row(contact, kind.units, 0)
-            contacts[i, layout.BEGAN] = general.indentation_within(
+            contacts["began"][i] = general.indentation_within(
                 float(gap[i]), float(compliance[i]), law, kind.law_tables[i], spots[i]
             )
 
@@ -321,13 +322,13 @@ class _Block:
         stage, room, own = self._rooms()
         events, peaks = [], []
         while (lanes.status == contract.RUNNING).any() and not stopped():
-            logs.used[:] = 0
+            logs = logs._replace(used=row_of(layout.USED))
             step = cells_kernel(
                 step, step + GENERAL_CHUNK, *until, self.shared.tables, kinds, lanes, data, stage, logs, room, own
             )
-            events.append(logs.events[: logs.used[layout.LOGGED_EVENTS]].copy())
-            peaks.append(logs.peaks[: logs.used[layout.LOGGED_PEAKS]].copy())
-        return self._found(np.vstack(events), np.vstack(peaks))
+            events.append(logs.events[: logs.used["events"]].copy())
+            peaks.append(logs.peaks[: logs.used["peaks"]].copy())
+        return self._found(np.concatenate(events), np.concatenate(peaks))
 
     def _kinds(self) -> Kinds:
         """Return the tables of all kinds."""
@@ -356,9 +357,8 @@ class _Block:
         margin = count * contacts * (layout.MOST_PARTS + 2)
         none, empty = np.zeros((0, 1, 1)), np.zeros((0, 1))
         return Logs(
-            np.empty((contacts * (layout.MOST_PARTS + 2), layout.ROW_COLUMNS)),
-            np.empty((2 * margin, layout.EVENT_COLUMNS_GENERAL)), np.empty((4 * margin, layout.MAXIMUM_COLUMNS)),
-            none, none, empty, none, np.zeros(4, np.int64),
+            np.empty(contacts * (layout.MOST_PARTS + 2), layout.ROW), np.empty(2 * margin, layout.EVENT),
+            np.empty(4 * margin, layout.MAXIMUM), none, none, empty, none, row_of(layout.USED),
         )  # fmt: skip
 
     def _rooms(self) -> tuple[Stage, Room, Own]:
@@ -370,30 +370,28 @@ class _Block:
         )  # fmt: skip
         return general.stage_of(contacts, q, 0), general.room_of(self.lanes.bodies.shape[1]), own
 
-    def _found(self, events: FloatArray, peaks: FloatArray) -> MarchedCells:
+    def _found(self, events: Rows, peaks: Rows) -> MarchedCells:
         """Return what came of the cells, without what is behind their ends."""
         length, force = (np.array([kind.units[column] for kind in self.kinds]) for column in range(2))
-        when, owner, kept = self._in_order(events, layout.EVENT_STEP, layout.EVENT_PART, layout.EVENT_CONTACT_IS)
-        rate = events[kept, layout.EVENT_RATE_IS] * length[owner]
+        when, owner, kept = self._in_order(events)
+        rate = events["rate"][kept] * length[owner]
         happened = np.column_stack([
-            when, events[kept, layout.EVENT_KIND_IS], rate, events[kept, layout.EVENT_CONTACT_IS]
+            when, events["kind"][kept], rate, events["contact"][kept]
         ])  # fmt: skip
-        at, owner, kept = self._in_order(
-            peaks, layout.MAXIMUM_STEP, layout.MAXIMUM_PART, layout.MAXIMUM_CONTACT
-        )  # fmt: skip
+        at, owner, kept = self._in_order(peaks)
         tops = np.column_stack([
-            at, peaks[kept, layout.MAXIMUM_FORCE] * force[owner], peaks[kept, layout.MAXIMUM_CONTACT]
+            at, peaks["force"][kept] * force[owner], peaks["contact"][kept]
         ])  # fmt: skip
         durations = np.array([task.duration for task in self.tasks])
         return MarchedCells(self.lanes.status[: len(self.tasks)].copy(), durations, happened, tops)
 
-    def _in_order(self, rows: FloatArray, step: int, part: int, contact: int) -> tuple[FloatArray, IntArray, IntArray]:
+    def _in_order(self, rows: Rows) -> tuple[FloatArray, IntArray, IntArray]:
         """Return times, cells and numbers of rows up to their cells' ends, sorted by contact and time."""
-        times = self.grid.times(rows[:, step] + rows[:, part])
-        owner = rows[:, contact].astype(np.int64) // self.lanes.starts.shape[1]
+        times = self.grid.times(rows["step"] + rows["part"])
+        owner = rows["contact"].astype(np.int64) // self.lanes.starts.shape[1]
         ends = np.array([task.duration for task in self.tasks])
         kept = np.flatnonzero(times <= ends[owner])
-        kept = kept[np.lexsort((times[kept], rows[kept, contact]))]
+        kept = kept[np.lexsort((times[kept], rows["contact"][kept]))]
         return times[kept], owner[kept], kept
 
 

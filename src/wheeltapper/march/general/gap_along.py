@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.common.program import FloatArray
-from wheeltapper.march.general import layout, local, paths
+from wheeltapper.march.common.rows import Row
+from wheeltapper.march.general import local, paths
 from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.careful import SNAP
 from wheeltapper.march.general.crossings import NO_CROSSING, bernstein_value, first_crossing
@@ -42,28 +43,28 @@ def _smallest(n: int, room: Room) -> float:
 
 
 @inlined_uncounted_kernel
-def _press(row: FloatArray, nodes: Nodes, q: int, room: Room) -> None:
+def _press(row: Row, nodes: Nodes, q: int, room: Room) -> None:
     """Write the nodes of a part in contact and its forces; `room.after` takes the moments at its end."""
     n = len(nodes.places)
     local.map_nodes(
-        n, nodes.places, int(row[layout.ROW_MAP]), row[layout.ROW_ORIGIN], row[layout.ROW_SPAN], row[layout.ROW_S0],
-        row[layout.ROW_S1], room,
+        n, nodes.places, int(row["map"]), row["origin"], row["span"], row["s0"],
+        row["s1"], room,
     )  # fmt: skip
     local.legendre_rows(n, room.theta, q, room.P)
     for m in range(q):
         room.after[m] = room.moments[m]
     for k in range(n):
-        room.N[k] = row[layout.ROW_FORCES + k] * room.pace[k]
+        room.N[k] = row["forces"][k] * room.pace[k]
         for m in range(q):
             room.after[m] += nodes.weights[k] * room.N[k] * room.P[k, m]
 
 
 @inlined_uncounted_kernel
-def _gaps(row: FloatArray, nodes: Nodes, q: int, site: Site, room: Room) -> None:
+def _gaps(row: Row, nodes: Nodes, q: int, site: Site, room: Room) -> None:
     """Write D at start, nodes and end of a part in contact, of which `_press` has written the nodes."""
     n = len(nodes.places)
     paths.heights(site.pieces, site.place, site.x0, site.stride, site.lift, n, room.theta, room.height, room.factor)
-    room.d[BEGIN], _ = local.gap_at(row[layout.ROW_FROM], q, room.free, site)
+    room.d[BEGIN], _ = local.gap_at(row["from"], q, room.free, site)
     for k in range(n):  # with the moments up to each node
         for m in range(q):
             room.F[m] = room.moments[m]
@@ -74,11 +75,11 @@ def _gaps(row: FloatArray, nodes: Nodes, q: int, site: Site, room: Room) -> None
         for m in range(q):
             room.d[k + 1] += room.P[k, m] * room.spare[m]
     local.free_sum(q, site.c, site.B, room.after, room.spare)
-    room.d[n + 1], _ = local.gap_at(row[layout.ROW_TO], q, room.spare, site)
+    room.d[n + 1], _ = local.gap_at(row["to"], q, room.spare, site)
 
 
 @inlined_uncounted_kernel
-def _smallest_sign(row: FloatArray, nodes: Nodes, q: int, site: Site, room: Room) -> float:
+def _smallest_sign(row: Row, nodes: Nodes, q: int, site: Site, room: Room) -> float:
     """Return the smallest value of what has the sign of the force in such a part: the force over that at rest.
 
     It is not taken from the indentation's rate, in which the error of the march's solution is some 1e5 times as large.
@@ -88,16 +89,16 @@ def _smallest_sign(row: FloatArray, nodes: Nodes, q: int, site: Site, room: Room
         compliance = 0.0
         for m in range(q):
             compliance += room.P[k, m] * site.local[m]
-        room.delta[k] = room.d[k + 1] - compliance * row[layout.ROW_FORCES + k]
+        room.delta[k] = room.d[k + 1] - compliance * row["forces"][k]
         room.rate[k] = 0.0
     forces(
-        site.law, site.table, site.place[layout.STRETCH_NOW], n, room.delta, room.rate, room.left, room.factor, room.F,
+        site.law, site.table, site.place["stretch"], n, room.delta, room.rate, room.left, room.factor, room.F,
         room.slope, room.viscous,
     )  # fmt: skip
     for k in range(n):
         at_rest = trend(site.law, site.table, room.delta[k], 0.0)
         if room.delta[k] > TOUCHES:
-            at_rest *= row[layout.ROW_FORCES + k] / room.F[k]
+            at_rest *= row["forces"][k] / room.F[k]
         room.rate[k] = at_rest
     for k in range(n):
         total = 0.0
@@ -120,10 +121,10 @@ def _smallest_gap(nodes: Nodes, room: Room) -> float:
 
 
 @inlined_uncounted_kernel
-def _smallest_without_force(row: FloatArray, places: FloatArray, matrix: FloatArray, q: int, site: Site, room: Room) -> float:  # fmt: skip  # noqa: E501
+def _smallest_without_force(row: Row, places: FloatArray, matrix: FloatArray, q: int, site: Site, room: Room) -> float:  # fmt: skip  # noqa: E501
     """Return the smallest D of a flight; of a released contact, what has the sign of the force that it would have."""
-    n, start = len(places), row[layout.ROW_FROM]
-    length = row[layout.ROW_TO] - start
+    n, start = len(places), row["from"]
+    length = row["to"] - start
     middle, _ = local.gap_at(start + 0.5 * length, q, room.free, site)
     released = site.law[LAW_RATED] != 0.0 and middle > 0.0
     for k in range(n):
@@ -140,7 +141,7 @@ def _smallest_without_force(row: FloatArray, places: FloatArray, matrix: FloatAr
 
 @uncounted_kernel
 def smallest_kernel(
-    rows: FloatArray, wanted: BoolArray, gaps: FloatArray, contact: int, tables: Tables, data: Data, place: FloatArray,
+    rows: FloatArray, wanted: BoolArray, gaps: FloatArray, contact: int, tables: Tables, data: Data, place: Row,
     room: Room,
 ) -> float:  # fmt: skip
     """Return by how much a contact holds in the wanted ones of its rows, at least; negative where it has ended.
@@ -152,37 +153,34 @@ def smallest_kernel(
     pieces, ends, table, settings = data.pieces, data.ends[contact], data.table, data.settings
     law, begin = data.laws[contact], data.starts[contact]
     q = gaps.shape[1]
-    speed, phases = settings[layout.SPEED_NOW], len(which)
+    speed, phases = settings["speed"], len(which)
     smallest = np.inf
     now = -1
     for r in range(len(rows)):
         row = rows[r]
-        step = int(row[layout.ROW_STEP])
+        step = int(row["step"])
         p = step % phases
         lasts = seconds[which[p]]
         stride = speed * lasts
         site = Site(
             gaps[step], kernels[p], residual[p], pieces, place, ends, law, table,
-            begin + speed * ((step // phases) * clock[phases] + clock[p]), stride, 1.0 / settings[layout.LENGTH_UNIT],
+            begin + speed * ((step // phases) * clock[phases] + clock[p]), stride, 1.0 / settings["length_unit"],
             lasts,
         )  # fmt: skip
         if step != now:
             room.moments[:q] = 0.0
             now = step
-        while paths.piece_stop(pieces, place, site.x0, stride) <= row[layout.ROW_FROM] + SNAP:
-            joined = paths.enter_next_piece(
-                pieces, int(ends[layout.TABLE_BEGIN]), int(ends[layout.TABLE_END]), int(ends[layout.TABLE_LOOP]),
-                int(ends[layout.TABLE_JOIN]), place,
-            )  # fmt: skip
+        while paths.piece_stop(pieces, place, site.x0, stride) <= row["from"] + SNAP:
+            joined = paths.enter_next_piece(pieces, ends["begin"], ends["end"], ends["loop"], ends["join"], place)
             if joined < 0:
                 return smallest
         local.free_sum(q, site.c, site.B, room.moments, room.free)
-        if row[layout.ROW_NODES] == 1.0:
+        if row["nodes"] == 1.0:
             if wanted[r]:
                 smallest = min(smallest, _smallest_without_force(row, data.places, data.matrix, q, site, room))
             continue
         nodes = data.macro
-        if row[layout.ROW_NODES] != len(data.macro.places):
+        if row["nodes"] != len(data.macro.places):
             nodes = data.part
         _press(row, nodes, q, room)
         if wanted[r]:

@@ -17,8 +17,7 @@ from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.careful import sigmas_of
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.march import Found, order_of, room_of
-from wheeltapper.march.general.records import Motion
-from wheeltapper.march.general.replay import Rows, pace_at, rows_of
+from wheeltapper.march.general.replay import Parts, pace_at, rows_of
 
 AT_PART_START = 1e-9
 """Macro steps; a maximum no farther from where a part begins is there."""
@@ -174,7 +173,7 @@ def tangent_arguments(found: Found, turns: list[turned.SystemTurn]) -> tuple[Any
     state.bodies[:freedoms, count - 2] = wheels
     state.bodies[freedoms:-1, count - 1] = wheels[tabulation.heavy_of(bodies)]
     state.began[:, count - 2] = 1.0 / prepared.units.length
-    motion = Motion(*(table.copy() for table in prepared.motion))
+    motion = prepared.motion.copy()
     told = tangent.Told(
         np.zeros((len(logs.rows), layout.MOST_NODES, LANES)), np.zeros((len(logs.rows), LANES)),
         np.zeros(len(logs.rows)), np.zeros((len(logs.events), 2, LANES)),
@@ -205,9 +204,9 @@ def _tangents(found: Found, turns: list[turned.SystemTurn]) -> Tangents:
         raise ArithmeticError("contacts do not settle with each other")
     prepared, logs, count = found.prepared, found.logs, len(turns)
     grid, units = prepared.grid, prepared.units
-    at = logs.events[:, layout.EVENT_STEP] + logs.events[:, layout.EVENT_PART]
+    at = logs.events["step"] + logs.events["part"]
     order = np.argsort(at, kind="stable")[: len(found.events)]
-    at, seconds = at[order], grid.seconds(logs.events[order, layout.EVENT_STEP])
+    at, seconds = at[order], grid.seconds(logs.events["step"][order])
     slower = tables.seconds[:count]
     events = told.events[order][:, :, :count]
     events[:, tangent.OF_TIME] = events[:, tangent.OF_TIME] * seconds[:, None] + grid.times(at)[:, None] * slower
@@ -224,14 +223,14 @@ def _tangents(found: Found, turns: list[turned.SystemTurn]) -> Tangents:
 def _of_peaks(found: Found, told: tangent.Told, slower: FloatArray) -> FloatArray:
     """Return the derivatives of time and force of the maxima, (peaks, 2, directions)."""
     prepared, logs, grid = found.prepared, found.logs, found.prepared.grid
-    at = logs.peaks[:, layout.MAXIMUM_STEP] + logs.peaks[:, layout.MAXIMUM_PART]
+    at = logs.peaks["step"] + logs.peaks["part"]
     order = np.argsort(at, kind="stable")[: len(found.peaks)]
-    at, contact = at[order], logs.peaks[order, layout.MAXIMUM_CONTACT]
-    seconds = grid.seconds(logs.peaks[order, layout.MAXIMUM_STEP])
+    at, contact = at[order], logs.peaks["contact"][order]
+    seconds = grid.seconds(logs.peaks["step"][order])
     out = np.full((len(order), 2, len(slower)), np.nan)
     for i in range(len(prepared.data.starts)):
         own, rows = np.flatnonzero(contact == i), rows_of(found, i)
-        mine = np.flatnonzero(logs.rows[:, layout.ROW_CONTACT] == i)
+        mine = np.flatnonzero(logs.rows["contact"] == i)
         smooth = own[found.peaks[own, 3] == 0.0]
         row = np.clip(np.searchsorted(rows.starts, at[smooth], side="right") - 1, 0, None)
         sigma = _sigma(rows, row, at[smooth])
@@ -248,10 +247,10 @@ def _of_peaks(found: Found, told: tangent.Told, slower: FloatArray) -> FloatArra
 
 
 def _of_corners(
-    found: Found, told: tangent.Told, rows: Rows, mine: IntArray, peaks: IntArray, at: FloatArray, out: FloatArray
+    found: Found, told: tangent.Told, rows: Parts, mine: IntArray, peaks: IntArray, at: FloatArray, out: FloatArray
 ) -> None:
     """Write the derivatives of maxima where the path has a kink or jumps: they move with it."""
-    ends = rows.rows[:, layout.ROW_STEP] + rows.rows[:, layout.ROW_TO]
+    ends = rows.rows["step"] + rows.rows["to"]
     for peak in peaks:
         begins, stops = (np.flatnonzero(np.abs(edge - at[peak]) < AT_PART_START) for edge in (rows.starts, ends))
         if not len(begins):
@@ -261,7 +260,7 @@ def _of_corners(
         size = found.peaks[peak, 1] / found.prepared.units.force
         best = np.inf
         for row, sigma in sides:
-            if rows.rows[row, layout.ROW_NODES] == 1:
+            if rows.rows["nodes"][row] == 1:
                 continue
             where, there = np.array([row]), np.array([sigma])
             force = _along(rows.force, rows, where, there)
@@ -272,19 +271,19 @@ def _of_corners(
                 out[peak, tangent.OF_TIME], out[peak, tangent.OF_SIZE] = moved, change + force[1][0] / pace * moved
 
 
-def _sigma(rows: Rows, row: IntArray, at: FloatArray) -> FloatArray:
+def _sigma(rows: Parts, row: IntArray, at: FloatArray) -> FloatArray:
     out = np.zeros(len(row))
-    sigmas_of(at - rows.rows[row, layout.ROW_STEP], row, rows.rows, out)
+    sigmas_of(at - rows.rows["step"][row], row, rows.rows, out)
     return np.clip(out, 0.0, 1.0)
 
 
-def _along(values: FloatArray, rows: Rows, row: IntArray, sigma: FloatArray) -> list[FloatArray]:
+def _along(values: FloatArray, rows: Parts, row: IntArray, sigma: FloatArray) -> list[FloatArray]:
     """Return polynomials held at the nodes of some rows, and two derivatives by σ, at one σ of each: (places, …)."""
     values = values[row].reshape(
         len(row), values[:1].size // layout.MOST_NODES if len(values) else 0, layout.MOST_NODES
     )
     out = [np.zeros(values.shape[:2]) for _ in range(3)]
-    counts = rows.rows[row, layout.ROW_NODES].astype(int)
+    counts = rows.rows["nodes"][row].astype(int)
     for count in np.unique(counts[counts > 1]).tolist():
         some, nodes = counts == count, gauss_nodes(count)
         coefficients = values[some, :, :count] @ nodes.transform.T
@@ -300,14 +299,14 @@ def _of_impulses(found: Found, told: tangent.Told, slower: FloatArray) -> FloatA
     logs, units, grid = found.logs, found.prepared.units, found.prepared.grid
     out = np.zeros((len(logs.rows), len(slower)))
     for i in range(len(found.prepared.data.starts)):
-        rows, mine = rows_of(found, i), np.flatnonzero(logs.rows[:, layout.ROW_CONTACT] == i)
-        counts = rows.rows[:, layout.ROW_NODES].astype(int)
+        rows, mine = rows_of(found, i), np.flatnonzero(logs.rows["contact"] == i)
+        counts = rows.rows["nodes"].astype(int)
         for count in np.unique(counts[counts > 1]).tolist():
             some = np.flatnonzero(counts == count)
             weights = gauss_nodes(count).weights * rows.pace[some, :count]
             out[mine[some]] = np.einsum("rn,rdn->rd", weights, told.forces[mine[some], : len(slower), :count])
         out[mine] += rows.total[:, :1] * slower + told.drops[mine, None] * told.moved[mine, : len(slower)]
-    return np.asarray(out * (grid.seconds(logs.rows[:, layout.ROW_STEP]) * units.force)[:, None])
+    return np.asarray(out * (grid.seconds(logs.rows["step"]) * units.force)[:, None])
 
 
 def impulse_rates(found: Found, rates: Tangents, contact: int) -> FloatArray:
@@ -316,8 +315,8 @@ def impulse_rates(found: Found, rates: Tangents, contact: int) -> FloatArray:
     NaN where a contact lasts beyond the march.
     """
     rows, grid = found.logs.rows, found.prepared.grid
-    mine = np.flatnonzero(rows[:, layout.ROW_CONTACT] == contact)
-    starts = rows[mine, layout.ROW_STEP] + rows[mine, layout.ROW_FROM]
+    mine = np.flatnonzero(rows["contact"] == contact)
+    starts = rows["step"][mine] + rows["from"][mine]
     total = np.vstack([np.zeros(rates.pressed.shape[1]), np.cumsum(rates.pressed[mine], axis=0)])
     events = found.events[found.events[:, contract.EVENT_CONTACT] == contact]
     impacts = np.flatnonzero(events[:, contract.EVENT_KIND] == contract.IMPACT)

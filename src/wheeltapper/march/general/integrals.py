@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.march.common.program import FloatArray
+from wheeltapper.march.common.rows import Rows
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.careful import sigmas_of
@@ -96,13 +97,13 @@ def rules(found: Found, end: float, steps: int = RULE_STEPS) -> Iterator[Rule]:
     for first in range(0, int(np.ceil(last)), steps):
         until = min(float(first + steps), last)
         rows = found.logs.rows
-        begin, stop = np.searchsorted(rows[:, layout.ROW_STEP], [first, until])
+        begin, stop = np.searchsorted(rows["step"], [first, until])
         rows = rows[begin:stop]
-        starts = rows[:, layout.ROW_STEP] + rows[:, layout.ROW_FROM]
+        starts = rows["step"] + rows["from"]
         edges = np.unique(np.append(starts[starts < until], until))
         held = _leading(rows, edges)
         even = np.ceil(method.nodes * (EVEN_LEAST + (1.0 - EVEN_LEAST) * np.diff(edges)))
-        counts = np.where(held[:, layout.ROW_MAP] == layout.EVENLY, even, method.careful_nodes)
+        counts = np.where(held["map"] == layout.EVENLY, even, method.careful_nodes)
         parts = [
             _nodes_over(held[some], edges[:-1][some], edges[1:][some], int(count))
             for count in np.unique(counts)
@@ -113,42 +114,42 @@ def rules(found: Found, end: float, steps: int = RULE_STEPS) -> Iterator[Rule]:
         yield Rule(grid.times(at), weights * grid.seconds(at))
 
 
-def _leading(rows: FloatArray, edges: FloatArray) -> FloatArray:
+def _leading(rows: Rows, edges: FloatArray) -> Rows:
     """Return for each interval the row over whose σ to integrate."""
     middles = 0.5 * (edges[:-1] + edges[1:])
-    chosen = np.zeros((len(middles), rows.shape[1]))
-    for contact in np.unique(rows[:, layout.ROW_CONTACT]):
-        own = rows[rows[:, layout.ROW_CONTACT] == contact]
-        here = own[np.searchsorted(own[:, layout.ROW_STEP] + own[:, layout.ROW_FROM], middles, side="right") - 1]
-        curved = (here[:, layout.ROW_NODES] > 1) & (here[:, layout.ROW_MAP] != layout.EVENLY)
+    chosen = np.zeros(len(middles), rows.dtype)
+    for contact in np.unique(rows["contact"]):
+        own = rows[rows["contact"] == contact]
+        here = own[np.searchsorted(own["step"] + own["from"], middles, side="right") - 1]
+        curved = (here["nodes"] > 1) & (here["map"] != layout.EVENLY)
         chosen[curved] = here[curved]
-    even = chosen[:, layout.ROW_NODES] == 0.0
-    chosen[even, layout.ROW_STEP] = np.floor(middles[even])
-    chosen[even, layout.ROW_MAP] = layout.EVENLY
-    chosen[even, layout.ROW_SPAN] = chosen[even, layout.ROW_S1] = 1.0
+    even = chosen["nodes"] == 0.0
+    chosen["step"][even] = np.floor(middles[even])
+    chosen["map"][even] = layout.EVENLY
+    chosen["span"][even] = chosen["s1"][even] = 1.0
     return chosen
 
 
-def _nodes_over(rows: FloatArray, begins: FloatArray, ends: FloatArray, count: int) -> FloatArray:
+def _nodes_over(rows: Rows, begins: FloatArray, ends: FloatArray, count: int) -> FloatArray:
     """Return times and weights, both in macro steps, of Gauss nodes over σ of rows, from their part to another."""
     nodes, each = gauss_nodes(count), np.arange(len(rows))
     sigmas = np.empty((2, len(rows)))
     for sigma, at in zip(sigmas, (begins, ends), strict=True):
-        sigmas_of(at - rows[:, layout.ROW_STEP], each, rows, sigma)
+        sigmas_of(at - rows["step"], each, rows, sigma)
     sigmas = np.where(np.abs(sigmas - np.rint(sigmas)) < SAME_SIGMA, np.rint(sigmas), sigmas)
     span = (sigmas[1] - sigmas[0])[:, None]
     theta, pace = mapped(rows, sigmas[0][:, None] + span * nodes.places)
-    return np.stack([(rows[:, [layout.ROW_STEP]] + theta).ravel(), (nodes.weights * span * pace).ravel()])
+    return np.stack([(rows["step"][:, None] + theta).ravel(), (nodes.weights * span * pace).ravel()])
 
 
 def solved_parts(found: Found, contact: int, end: float) -> Iterator[SolvedParts]:
     """Return the parts of a contact in which it has a force, up to a time, s."""
     rows, grid = rows_until(found, contact, end), found.prepared.grid
-    counts = rows.rows[:, layout.ROW_NODES].astype(int)
+    counts = rows.rows["nodes"].astype(int)
     for count in np.unique(counts[counts > 1]).tolist():
         some, nodes = counts == count, gauss_nodes(count)
-        theta = np.column_stack([rows.rows[some][:, layout.ROW_FROM], rows.theta[some, :count]])
-        steps = rows.rows[some, layout.ROW_STEP]
+        theta = np.column_stack([rows.rows[some]["from"], rows.theta[some, :count]])
+        steps = rows.rows["step"][some]
         times = grid.times(steps[:, None] + theta)
         delta = replay(found, times.ravel()).indentation[:, contact].reshape(times.shape)
         yield SolvedParts(
@@ -163,7 +164,7 @@ def jumps(found: Found, end: float) -> FloatArray:
     for contact in range(len(found.prepared.system.contacts)):
         rows = rows_until(found, contact, end)
         begins, ends = np.zeros((2, len(rows.rows)))
-        counts = rows.rows[:, layout.ROW_NODES].astype(int)
+        counts = rows.rows["nodes"].astype(int)
         for count in np.unique(counts[counts > 1]).tolist():
             some, nodes = counts == count, gauss_nodes(count)
             coefficients = rows.force[some, :count] @ nodes.transform.T
@@ -187,7 +188,7 @@ def extremes(found: Found, end: float) -> tuple[float, float]:
 def impulses(found: Found, contact: int, begins: FloatArray, end: float) -> FloatArray:
     """Return the impulse of a contact between each of some times and the next, the last up to an end, N s."""
     rows, grid = rows_until(found, contact, end), found.prepared.grid
-    each = rows.total[:, 0] * grid.seconds(rows.rows[:, layout.ROW_STEP])
+    each = rows.total[:, 0] * grid.seconds(rows.rows["step"])
     total = np.append(0.0, np.cumsum(each)) * found.prepared.units.force
     first = np.searchsorted(rows.starts, grid.steps(begins) - 1e-9)
     return np.diff(total[np.append(first, len(rows.rows))])

@@ -15,6 +15,7 @@ from math import sqrt
 
 from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.common.program import FloatArray
+from wheeltapper.march.common.rows import Row
 from wheeltapper.march.general import layout, paths
 from wheeltapper.march.general.algebra import factorise, solve_factorised
 from wheeltapper.march.general.laws.switch import LAW_RATED, forces, trend
@@ -155,9 +156,9 @@ def lag(n: int, seconds: float, room: Room) -> float:
 def press_nodes(n: int, slopes: FloatArray, site: Site, room: Room) -> None:
     """Write the forces of the indentations at the nodes, with their rates where they depend on them."""
     if site.law[LAW_RATED] != 0.0:
-        rates(n, slopes, site.place[layout.BEGAN], site.seconds, room)
+        rates(n, slopes, site.place["began"], site.seconds, room)
     forces(
-        site.law, site.table, site.place[layout.STRETCH_NOW], n, room.delta, room.rate, room.left, room.factor, room.N,
+        site.law, site.table, site.place["stretch"], n, room.delta, room.rate, room.left, room.factor, room.N,
         room.slope, room.viscous,
     )  # fmt: skip
 
@@ -169,14 +170,14 @@ def newton(n: int, nodes: Nodes, tolerance: float, site: Site, room: Room) -> bo
     K holds the structure's answer and the integration. In the end N is the force of δ.
     """
     rated = site.law[LAW_RATED] != 0.0
-    lags = rated and site.place[layout.LAGS] != 0.0
+    lags = rated and site.place["lags"] != 0.0
     size = 1.0  # behind a first correction, of a new matrix, about its square is left
     for turn in range(MOST_ITERATIONS):
         slopes = nodes.slopes if lags else nodes.own_slopes
         press_nodes(n, slopes, site, room)
         if turn == 0 and rated and lags != (lag(n, site.seconds, room) >= SHORT_LAG):
             lags = not lags
-            site.place[layout.LAGS] = 1.0 if lags else 0.0
+            site.place["lags"] = 1.0 if lags else 0.0
             slopes = nodes.slopes if lags else nodes.own_slopes
             press_nodes(n, slopes, site, room)
         for i in range(n):
@@ -202,7 +203,7 @@ def newton(n: int, nodes: Nodes, tolerance: float, site: Site, room: Room) -> bo
                 return True
             for i in range(n):  # what is left is of the size of the tolerance
                 room.N[i] += room.slope[i] * room.F[i] - room.viscous[i] * room.rate[i]
-            rates(n, slopes, site.place[layout.BEGAN], site.seconds, room)
+            rates(n, slopes, site.place["began"], site.seconds, room)
             for i in range(n):
                 room.N[i] += room.viscous[i] * room.rate[i]
             return True
@@ -257,17 +258,17 @@ def continue_force(n: int, gap: float, steepness: float, site: Site, room: Room)
     `gap` and `steepness` are D and its derivative by θ there. Behind a kink of the path the rate changes at once, but
     with a lag the force does not.
     """
-    room.delta[layout.BEGIN] = site.place[layout.BEGAN]
+    room.delta[layout.BEGIN] = site.place["began"]
     room.rate[layout.BEGIN] = steepness / site.seconds
     forces(
-        site.law, site.table, site.place[layout.STRETCH_NOW], 1, room.delta, room.rate, room.left, room.factor,
+        site.law, site.table, site.place["stretch"], 1, room.delta, room.rate, room.left, room.factor,
         room.N, room.slope, room.viscous,
     )  # fmt: skip
     force = room.N[layout.BEGIN]
     if site.law[LAW_RATED] != 0.0:
         force = max(force, 0.0)
         if lag(1, site.seconds, room) >= SHORT_LAG:
-            force = (gap - site.place[layout.BEGAN]) / room.r[layout.BEGIN]
+            force = (gap - site.place["began"]) / room.r[layout.BEGIN]
     for k in range(n):
         answer = room.r[k]
         for j in range(n):
@@ -311,14 +312,14 @@ def tail_of(nodes: Nodes, N: FloatArray) -> float:
 
 
 @inlined_uncounted_kernel
-def end_indentation(n: int, nodes: Nodes, place: FloatArray, room: Room) -> float:
+def end_indentation(n: int, nodes: Nodes, place: Row, room: Room) -> float:
     """Return the indentation at a part's end, by the polynomial that the rates at the nodes were taken from."""
     total = 0.0
-    if place[layout.LAGS] == 0.0:
+    if place["lags"] == 0.0:
         for k in range(n):
             total += nodes.end[k] * room.delta[k]
         return total
-    total = nodes.reach[layout.BEGIN] * place[layout.BEGAN]
+    total = nodes.reach[layout.BEGIN] * place["began"]
     for k in range(n):
         total += nodes.reach[k + 1] * room.delta[k]
     return total

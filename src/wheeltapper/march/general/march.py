@@ -12,6 +12,7 @@ from wheeltapper.march.common import program as numbers
 from wheeltapper.march.common.law_columns import PLASTIC_ONSET
 from wheeltapper.march.common.plastic_law import stretch_of
 from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.rows import Row, Rows, row_of
 from wheeltapper.march.common.telling import GENERAL_CHUNK, Tell, report_nothing
 from wheeltapper.march.general import layout
 from wheeltapper.march.general import tables as tabulation
@@ -305,11 +306,11 @@ def _law_tables(system: System, units: tabulation.Units) -> tuple[FloatArray, Fl
     return np.array(rows), np.vstack([np.pad(table, ((0, 0), (0, width - table.shape[1]))) for table in tables])
 
 
-def path_tables(system: System) -> tuple[FloatArray, FloatArray]:
+def path_tables(system: System) -> tuple[FloatArray, Rows]:
     """Return all contacts' pieces behind each other, and where each contact's begin, end and loop."""
-    ends, first = np.zeros((len(system.contacts), 4)), 0
-    for row, contact in zip(ends, system.contacts, strict=True):
-        row[:] = first, first + len(contact.pieces), contact.loop, contact.join
+    ends, first = np.zeros(len(system.contacts), layout.ENDS), 0
+    for i, contact in enumerate(system.contacts):
+        ends[i] = first, first + len(contact.pieces), contact.loop, contact.join
         first += len(contact.pieces)
     width = max(contact.pieces.shape[1] for contact in system.contacts)
     paths = [np.pad(one.pieces, ((0, 0), (0, width - one.pieces.shape[1]))) for one in system.contacts]
@@ -409,29 +410,29 @@ RATED_TAIL = 1e-9
 """Least error of forces' polynomials, in static units, where a law depends on the rate: rounding of the rate."""
 
 
-def settings_of(system: System, method: Method, units: tabulation.Units) -> FloatArray:
+def settings_of(system: System, method: Method, units: tabulation.Units) -> Row:
     """Return the settings of a march, as its kernel takes them."""
-    settings = np.zeros(layout.SETTINGS)
-    settings[layout.NEWTON_LIMIT] = method.newton
+    settings = row_of(layout.SETTINGS)
+    settings["newton_limit"] = method.newton
     rated = any(law_row(contact, units, 0)[switch.LAW_RATED] for contact in system.contacts)
-    settings[layout.TAIL_LIMIT] = max(method.tail, RATED_TAIL if rated else 0.0)
-    settings[layout.SWEEP_LIMIT] = method.sweep
-    settings[layout.LOSS_LIMIT] = method.loss
-    settings[layout.PROMINENT] = method.prominence
-    settings[layout.LENGTH_UNIT] = units.length
-    settings[layout.FORCE_UNIT] = units.force
-    settings[layout.SPEED_NOW] = system.speed
+    settings["tail_limit"] = max(method.tail, RATED_TAIL if rated else 0.0)
+    settings["sweep_limit"] = method.sweep
+    settings["loss_limit"] = method.loss
+    settings["prominent"] = method.prominence
+    settings["length_unit"] = units.length
+    settings["force_unit"] = units.force
+    settings["speed"] = system.speed
     return settings
 
 
-def first_places(data: Data) -> FloatArray:
+def first_places(data: Data) -> Rows:
     """Return the state's rows with the piece under each contact at time zero."""
-    rows = np.zeros((len(data.starts), layout.STATE_COLUMNS))
-    rows[:, layout.IMPACT_AT], rows[:, layout.LOSS_AT] = -np.inf, np.inf
+    rows = np.zeros(len(data.starts), layout.STATE)
+    rows["impact"], rows["loss"] = -np.inf, np.inf
     for row, x, ends in zip(rows, data.starts, data.ends, strict=True):
-        begin, end = int(ends[layout.TABLE_BEGIN]), int(ends[layout.TABLE_END])
+        begin, end = ends["begin"], ends["end"]
         inside = np.searchsorted(data.pieces[begin:end, numbers.START], x, side="right") - 1
-        row[layout.PIECE_NOW] = begin + max(int(inside), 0)
+        row["piece"] = begin + max(int(inside), 0)
     return rows
 
 
@@ -684,10 +685,10 @@ def stage_of(contacts: int, q: int, modes: int) -> Stage:
     """Return scratch memory of what the contacts exchange."""
     rows = layout.MOST_PARTS + 2
     return Stage(
-        np.zeros((contacts, rows, layout.ROW_COLUMNS)), np.zeros((contacts, rows, layout.EVENT_COLUMNS_GENERAL)),
-        np.zeros((contacts, 2), np.int64), np.zeros((contacts, layout.STATE_COLUMNS)), np.zeros((contacts, q)),
+        np.zeros((contacts, rows), layout.ROW), np.zeros((contacts, rows), layout.EVENT),
+        np.zeros((contacts, 2), np.int64), np.zeros(contacts, layout.STATE), np.zeros((contacts, q)),
         np.zeros((contacts, q)), np.zeros((contacts, q)), np.zeros((contacts, q, q)), np.zeros((q, q)),
-        np.zeros((contacts, q)), np.zeros((2, modes)), np.zeros(layout.STEP_NUMBERS),
+        np.zeros((contacts, q)), np.zeros((2, modes)), row_of(layout.NOW),
     )  # fmt: skip
 
 
@@ -705,37 +706,37 @@ def _motion(
     gap = height * units.length + system.bodies.shapes.T @ start.bodies[:freedoms] + start.offsets
     if system.ring is not None:
         gap = gap - np.real(_shown_and_taken(system)[0] @ (system.ring.weights * start.modes))
-    places[:, layout.FREE_NOW] = (gap <= 0.0) & (data.laws[:, switch.LAW_PULLS] == 0.0)
-    places[:, layout.BEGAN] = [
+    places["phase"] = (gap <= 0.0) & (data.laws[:, switch.LAW_PULLS] == 0.0)
+    places["began"] = [
         indentation_within(one / units.length, float(local[i]), data.laws[i], data.table, spots[i])
         for i, one in enumerate(gap)
     ]  # fmt: skip
     ends = data.laws[:, switch.LAW_KIND] == switch.FREE_PLAY
-    places[ends, layout.FREE_NOW] = layout.FLYING
-    places[ends, layout.STOP_AT] = gap[ends] / units.length + data.laws[ends, PLAY_START]
+    places["phase"][ends] = layout.FLYING
+    places["stop"][ends] = gap[ends] / units.length + data.laws[ends, PLAY_START]
     _join_elements(system, start, data, gap / units.length, places)
-    trend = np.zeros((contacts, layout.TREND_COLUMNS))
-    trend[:, layout.LOWEST_SINCE] = np.inf
+    trend = np.zeros(contacts, layout.TREND)
+    trend["lowest"] = np.inf
     carried = np.append(carried_loads(system), np.zeros(len(system.ports)))
     forces_now = np.tile(carried[:, None] / units.force, (1, q))
     return Motion(np.stack([modes.real, modes.imag]), bodies, places, np.zeros((contacts, q)), forces_now, trend)
 
 
-def _join_elements(system: System, start: Start, data: Data, gap: FloatArray, places: FloatArray) -> None:
+def _join_elements(system: System, start: Start, data: Data, gap: FloatArray, places: Rows) -> None:
     """Write the state at time zero of elements whose laws have stretches; dry friction begins without a force."""
     freedoms = len(system.bodies.mass)
     speed = system.bodies.shapes[tabulation.heavy_of(system.bodies)].T @ start.bodies[freedoms:]
     for i, contact in enumerate(system.contacts):
         if contact.law.kind not in switch.SWITCHING:
             continue
-        places[i, layout.FREE_NOW] = layout.STAYING
+        places["phase"][i] = layout.STAYING
         if contact.law.kind == switch.SLIDER:
-            places[i, layout.STOP_AT] = gap[i]
+            places["stop"][i] = gap[i]
             continue
-        length = data.settings[layout.LENGTH_UNIT]
+        length = data.settings["length_unit"]
         u = speed[i] if contact.law.kind == switch.CORNERED_DAMPER else gap[i] * length
         begins = contact.law.table[:, STRETCH_BEGIN]
-        places[i, layout.STRETCH_NOW] = max(np.searchsorted(begins, u, side="right") - 1, 0)
+        places["stretch"][i] = max(np.searchsorted(begins, u, side="right") - 1, 0)
 
 
 def order_of(ring: Ring | None) -> IntArray:
@@ -748,12 +749,11 @@ def _logs(prepared: Prepared, steps: int) -> Logs:
     margin = contacts * (layout.MOST_PARTS + 2)
     modes = prepared.tables.decay.shape[2]
     return Logs(
-        np.empty((margin + 3 * steps * contacts, layout.ROW_COLUMNS)),
-        np.empty((margin + steps * contacts, layout.EVENT_COLUMNS_GENERAL)),
-        np.empty((3 * margin + steps * contacts, layout.MAXIMUM_COLUMNS)),
+        np.empty(margin + 3 * steps * contacts, layout.ROW), np.empty(margin + steps * contacts, layout.EVENT),
+        np.empty(3 * margin + steps * contacts, layout.MAXIMUM),
         np.empty((steps, contacts, q)), np.empty((steps, contacts, q)),
         np.empty((steps, prepared.tables.bodies_step.shape[1])),
-        np.empty((steps // MODES_EVERY + 2, 2, modes)), np.zeros(4, np.int64),
+        np.empty((steps // MODES_EVERY + 2, 2, modes)), row_of(layout.USED),
     )  # fmt: skip
 
 
@@ -801,7 +801,7 @@ def run(
     """March a prepared system for some time, in whole macro steps; nothing after the time is told."""
     grid = prepared.grid
     total = grid.steps_until(duration)
-    motion = Motion(*(table.copy() for table in prepared.motion))
+    motion = prepared.motion.copy()
     marking, chunk = None, GENERAL_CHUNK
     assert memory is None or lay is not None
     if memory is not None and grid.speed > 0.0:
@@ -817,13 +817,13 @@ def run(
             stretch = int(prepared.stretch_at(np.array(done)))
             if done and done == prepared.stretches[stretch].first:
                 passed = _pass_change(prepared, stretch, motion)
-                kept[-1] = kept[-1]._replace(events=np.vstack([kept[-1].events, passed]))
+                kept[-1] = kept[-1]._replace(events=np.concatenate([kept[-1].events, passed]))
             tables = prepared.stretches[stretch].tables
             until = min([until, *(one.first for one in prepared.stretches[stretch + 1 : stretch + 2])])
         logs = _logs(prepared, until - done)
         status = march_kernel(done, until, tables, prepared.data, motion, stage, logs, room)
         kept.append(_used(logs, done))
-        done = int(logs.used[layout.LOGGED_STEPS])
+        done = int(logs.used["steps"])
         if tell(float(grid.times(np.array(done)))) and done < total:
             status = numbers.FULL
             break
@@ -833,41 +833,42 @@ def run(
     return _found(prepared, numbers.DONE if done >= total else int(status), done, duration, _joined(kept))
 
 
-def _pass_change(prepared: Prepared, stretch: int, motion: Motion) -> FloatArray:
+def _pass_change(prepared: Prepared, stretch: int, motion: Motion) -> Rows:
     """Go over to a stretch: what presses other bodies there has another indentation; return the rows of events.
 
     Contacts are opened and closed as at a jump of the path (careful.py), and as `march/wheel/events.py` has it.
     """
     before, after = (prepared.stretches[one].tables.seconds[0] for one in (stretch - 1, stretch))
-    motion.contacts[:, [layout.IMPACT_AT, layout.LOSS_AT]] *= before / after
-    motion.contacts[:, layout.SMOOTH] = 0.0
+    for moment in ("impact", "loss"):
+        motion.contacts[moment] *= before / after
+    motion.contacts["smooth"] = 0.0
     first, bodies, _ = prepared.stretches[stretch]
     system, data, length = prepared.system, prepared.data, prepared.units.length
     rolled, stride = system.speed * float(prepared.grid.times(np.array(first))), system.speed * after
     freedoms, heavy, events = len(bodies.mass), tabulation.heavy_of(bodies), []
     for i in prepared.moved_at(stretch).tolist():
         place, law, x = motion.contacts[i], data.laws[i], system.contacts[i].start + rolled
-        begin, end, loop, join = data.ends[i].astype(int).tolist()
+        begin, end, loop, join = data.ends[i].tolist()
         while piece_stop(data.pieces, place, x, stride) <= SAME_TIME:  # a path that also breaks here
             if enter_next_piece(data.pieces, begin, end, loop, join, place) < 0:
                 break
         height, slope = height_and_slope(data.pieces, place, x, 1.0, 1.0, 0.0)
         gap = (height + bodies.shapes[:, i] @ motion.bodies[:freedoms] + prepared.start.offsets[i]) / length
         rate = (slope * system.speed + bodies.shapes[heavy, i] @ motion.bodies[freedoms:-1]) / length
-        place[[layout.IMPACT_AT, layout.LOSS_AT, layout.JOINED]] = -np.inf, np.inf, NOWHERE
+        place["impact"], place["loss"], place["joined"] = -np.inf, np.inf, NOWHERE
         if law[switch.LAW_PULLS] != 0.0:
-            place[layout.BEGAN] = gap
+            place["began"] = gap
             continue
-        place[layout.BEGAN] = max(gap, 0.0)
+        place["began"] = max(gap, 0.0)
         now = layout.TOUCHING if gap > 0.0 else layout.FLYING
         if now == layout.TOUCHING and law[switch.LAW_RATED] and switch.trend(law, data.table, gap, rate) < 0.0:
             now = layout.RELEASED
-        held = place[layout.FREE_NOW] == layout.TOUCHING
-        place[layout.FREE_NOW] = now
+        held = place["phase"] == layout.TOUCHING
+        place["phase"] = now
         if held != (now == layout.TOUCHING):
-            events.append([first, 0.0, numbers.LOSS if held else numbers.IMPACT, rate, i])
-            place[layout.STRETCH_NOW] = place[layout.STRETCH_NOW] if held else 0.0
-    return np.array(events).reshape(-1, layout.EVENT_COLUMNS_GENERAL)
+            events.append((first, 0.0, numbers.LOSS if held else numbers.IMPACT, rate, i))
+            place["stretch"] = place["stretch"] if held else 0.0
+    return np.array(events, layout.EVENT)
 
 
 def _over(prepared: Prepared, pieces: list[FloatArray], motion: Motion, done: int) -> Prepared:
@@ -877,24 +878,24 @@ def _over(prepared: Prepared, pieces: list[FloatArray], motion: Motion, done: in
     rolled = system.speed * float(prepared.grid.times(np.array(done)))
     near = 1e-9 * system.speed * prepared.grid.longest
     for i, (state, contact) in enumerate(zip(motion.contacts, system.contacts, strict=True)):
-        held, own = prepared.data.pieces[int(state[layout.PIECE_NOW])], int(ends[i, layout.TABLE_BEGIN])
+        held, own = prepared.data.pieces[int(state["piece"])], ends["begin"][i]
         x = contact.start + rolled
         if i < wheels:  # behind a border at x it has not been entered yet
-            stop = held[numbers.STOP] + state[layout.SHIFT_NOW]
+            stop = held[numbers.STOP] + state["shift"]
             before = stop <= x + near
             side: Any = "left" if before else "right"
-            state[layout.PIECE_NOW] = own + np.searchsorted(contact.pieces[:, numbers.START], min(x, stop), side) - 1
-            state[layout.SHIFT_NOW] = 0.0
+            state["piece"] = own + np.searchsorted(contact.pieces[:, numbers.START], min(x, stop), side) - 1
+            state["shift"] = 0.0
         else:
-            state[layout.PIECE_NOW] += own - prepared.data.ends[i, layout.TABLE_BEGIN]
+            state["piece"] += own - prepared.data.ends["begin"][i]
     return over
 
 
 def _used(logs: Logs, first: int) -> Logs:
     """Return the part of the logs that is in use."""
-    steps = int(logs.used[layout.LOGGED_STEPS]) - first
+    steps = int(logs.used["steps"]) - first
     states = len(range(-(-first // MODES_EVERY) * MODES_EVERY, first + steps, MODES_EVERY))
-    counts = *logs.used[: layout.LOGGED_STEPS], steps, steps, steps, states
+    counts = *(logs.used[name] for name in ("rows", "events", "peaks")), steps, steps, steps, states
     tables: Any = [table[:count] for table, count in zip(logs[:-1], counts, strict=True)]
     return Logs._make([*tables, logs.used])
 
@@ -908,15 +909,15 @@ def _joined(kept: list[Logs]) -> Logs:
 
 def _found(prepared: Prepared, status: int, steps: int, duration: float, logs: Logs) -> Found:
     grid, units = prepared.grid, prepared.units
-    times = grid.times(logs.events[:, layout.EVENT_STEP] + logs.events[:, layout.EVENT_PART])
+    times = grid.times(logs.events["step"] + logs.events["part"])
     events = np.column_stack([
-        times, logs.events[:, layout.EVENT_KIND_IS], logs.events[:, layout.EVENT_RATE_IS] * units.length,
-        logs.events[:, layout.EVENT_CONTACT_IS],
+        times, logs.events["kind"], logs.events["rate"] * units.length,
+        logs.events["contact"],
     ])  # fmt: skip
-    tops = grid.times(logs.peaks[:, layout.MAXIMUM_STEP] + logs.peaks[:, layout.MAXIMUM_PART])
-    contact = logs.peaks[:, layout.MAXIMUM_CONTACT]
+    tops = grid.times(logs.peaks["step"] + logs.peaks["part"])
+    contact = logs.peaks["contact"]
     peaks = np.column_stack([
-        tops, logs.peaks[:, layout.MAXIMUM_FORCE] * units.force, contact, _at_corners(prepared, tops, contact)
+        tops, logs.peaks["force"] * units.force, contact, _at_corners(prepared, tops, contact)
     ])  # fmt: skip
     events, peaks = events[times <= duration], peaks[tops <= duration]
     return Found(

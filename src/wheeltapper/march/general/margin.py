@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray
+from wheeltapper.march.common.rows import Rows
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.careful import SNAP
 from wheeltapper.march.general.contract import Task
@@ -30,7 +31,7 @@ NEAR = 2.0, 0.1
 many static units."""
 
 
-def _wanted_rows(rows: FloatArray, events: FloatArray, losses: int, error: float) -> NDArray[np.bool_]:
+def _wanted_rows(rows: Rows, events: FloatArray, losses: int, error: float) -> NDArray[np.bool_]:
     """Return the rows of a contact in which its margin can be, from times in macro steps and kinds of its events.
 
     `error` is that of a loss, by which a flight may begin before it.
@@ -40,15 +41,15 @@ def _wanted_rows(rows: FloatArray, events: FloatArray, losses: int, error: float
     before = losses - 1  # impacts before that loss
     if len(hit) and (not len(lost) or hit[0] < lost[0]):  # it began in the air
         before += 1
-    begins = rows[:, layout.ROW_STEP] + rows[:, layout.ROW_FROM]
-    flying = rows[:, layout.ROW_NODES] == 1.0
+    begins = rows["step"] + rows["from"]
+    flying = rows["nodes"] == 1.0
     if len(lost) >= losses:
         until = hit[before] if len(hit) > before else np.inf
         return np.asarray(flying & (begins >= lost[losses - 1] - error - SNAP) & (begins < until))
     since = -1.0 if before == 0 else hit[before - 1] if len(hit) >= before else np.inf
     held = ~flying & (begins > since + SNAP)
-    nodes = np.arange(layout.MOST_NODES) < rows[:, [layout.ROW_NODES]]
-    least = np.where(nodes, rows[:, layout.ROW_FORCES :], np.inf).min(axis=1)
+    nodes = np.arange(layout.MOST_NODES) < rows["nodes"][:, None]
+    least = np.where(nodes, rows["forces"], np.inf).min(axis=1)
     return np.asarray(held & (least <= NEAR[0] * least[held].min(initial=np.inf) + NEAR[1]))
 
 
@@ -60,11 +61,11 @@ def margin_of(found: Found, losses: int) -> float:
     for i, place in enumerate(first_places(data)[: len(prepared.system.wheels)]):
         events = found.events[found.events[:, contract.EVENT_CONTACT] == i]
         events[:, contract.EVENT_TIME] = prepared.grid.steps(events[:, contract.EVENT_TIME])
-        rows = logs.rows[logs.rows[:, layout.ROW_CONTACT] == i]
+        rows = logs.rows[logs.rows["contact"] == i]
         lost = int((events[:, contract.EVENT_KIND] == contract.LOSS).sum())
         wanted = _wanted_rows(rows, events, losses, prepared.method.loss)
         gaps, here = np.ascontiguousarray(logs.gaps[:, i]), np.inf
-        for some, part in found.by_stretch(rows[:, layout.ROW_STEP]):  # `place` goes along
+        for some, part in found.by_stretch(rows["step"]):  # `place` goes along
             tables = part.prepared.tables
             here = min(here, smallest_kernel(rows[some], wanted[some], gaps, i, tables, data, place, room))
         none = 0.0 if lost >= losses else 1.0  # a loss that ends as it begins; or none before this one either

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from wheeltapper.march.common.kernel import inlined_uncounted_kernel
 from wheeltapper.march.common.program import FloatArray
-from wheeltapper.march.general import layout
+from wheeltapper.march.common.rows import Row, Rows
 from wheeltapper.march.general.crossings import NO_CROSSING, bernstein_value, first_crossing
-from wheeltapper.march.general.layout import BEGIN, LOWEST_SINCE, TOP_SIZE, TOP_WAITS
+from wheeltapper.march.general.layout import BEGIN
 from wheeltapper.march.general.local import part_of
 from wheeltapper.march.general.records import Nodes, Room
 
@@ -15,45 +15,45 @@ EXTREMES_MERGE = 1e-9
 
 
 @inlined_uncounted_kernel
-def follow(step: float, at: float, force: float, contact: float, prominent: float, trend: FloatArray, peaks: FloatArray, count: int) -> int:  # fmt: skip  # noqa: E501
+def follow(step: float, at: float, force: float, contact: float, prominent: float, trend: Row, peaks: Rows, count: int) -> int:  # fmt: skip  # noqa: E501
     """Take the force's next value; log the maximum before it as soon as the force has fallen from it."""
     least = prominent * (1.0 + abs(force))
-    if trend[TOP_WAITS] == 0.0 and not force > trend[LOWEST_SINCE] + least:
-        trend[LOWEST_SINCE] = min(trend[LOWEST_SINCE], force)
-    elif trend[TOP_WAITS] == 0.0 or force > trend[TOP_SIZE]:
-        trend[TOP_WAITS] = 1.0
-        trend[layout.TOP_STEP] = step
-        trend[layout.TOP_PART] = at
-        trend[TOP_SIZE] = force
-    elif force < trend[TOP_SIZE] - least:
+    if trend["waits"] == 0.0 and not force > trend["lowest"] + least:
+        trend["lowest"] = min(trend["lowest"], force)
+    elif trend["waits"] == 0.0 or force > trend["size"]:
+        trend["waits"] = 1.0
+        trend["step"] = step
+        trend["part"] = at
+        trend["size"] = force
+    elif force < trend["size"] - least:
         row = peaks[count]
-        row[layout.MAXIMUM_STEP] = trend[layout.TOP_STEP]
-        row[layout.MAXIMUM_PART] = trend[layout.TOP_PART]
-        row[layout.MAXIMUM_FORCE] = trend[TOP_SIZE]
-        row[layout.MAXIMUM_CONTACT] = contact
-        trend[TOP_WAITS] = 0.0
-        trend[LOWEST_SINCE] = force
+        row["step"] = trend["step"]
+        row["part"] = trend["part"]
+        row["force"] = trend["size"]
+        row["contact"] = contact
+        trend["waits"] = 0.0
+        trend["lowest"] = force
         return count + 1
     return count
 
 
 @inlined_uncounted_kernel
-def follow_row(row: FloatArray, nodes: Nodes, prominent: float, trend: FloatArray, peaks: FloatArray, count: int, room: Room) -> int:  # fmt: skip  # noqa: E501
+def follow_row(row: Row, nodes: Nodes, prominent: float, trend: FloatArray, peaks: Rows, count: int, room: Room) -> int:  # fmt: skip  # noqa: E501
     """Take the extremes of the force in a logged part; return how many maxima are logged now."""
-    step = row[layout.ROW_STEP]
-    contact = row[layout.ROW_CONTACT]
-    n = int(row[layout.ROW_NODES])
+    step = row["step"]
+    contact = row["contact"]
+    n = int(row["nodes"])
     if n == 1:
-        count = follow(step, row[layout.ROW_FROM], 0.0, contact, prominent, trend, peaks, count)
-        return follow(step, row[layout.ROW_TO], 0.0, contact, prominent, trend, peaks, count)
+        count = follow(step, row["from"], 0.0, contact, prominent, trend, peaks, count)
+        return follow(step, row["to"], 0.0, contact, prominent, trend, peaks, count)
     for k in range(n):
         total = 0.0
         for j in range(n):
-            total += nodes.bernstein[k, j] * row[layout.ROW_FORCES + j]
+            total += nodes.bernstein[k, j] * row["forces"][j]
         room.bernstein[k] = total
     start = max(room.bernstein[BEGIN], 0.0)
     end = max(room.bernstein[n - 1], 0.0)
-    count = follow(step, row[layout.ROW_FROM], start, contact, prominent, trend, peaks, count)
+    count = follow(step, row["from"], start, contact, prominent, trend, peaks, count)
     rises = False
     falls = False
     for k in range(n - 1):
@@ -67,10 +67,8 @@ def follow_row(row: FloatArray, nodes: Nodes, prominent: float, trend: FloatArra
             if s == NO_CROSSING:
                 break
             force = bernstein_value(room.bernstein, n - 1, s, room.spare)
-            width = row[layout.ROW_S1] - row[layout.ROW_S0]
-            at = part_of(
-                int(row[layout.ROW_MAP]), row[layout.ROW_ORIGIN], row[layout.ROW_SPAN], row[layout.ROW_S0] + width * s
-            )
+            width = row["s1"] - row["s0"]
+            at = part_of(int(row["map"]), row["origin"], row["span"], row["s0"] + width * s)
             count = follow(step, at, force, contact, prominent, trend, peaks, count)
             s += EXTREMES_MERGE
-    return follow(step, row[layout.ROW_TO], end, contact, prominent, trend, peaks, count)
+    return follow(step, row["to"], end, contact, prominent, trend, peaks, count)

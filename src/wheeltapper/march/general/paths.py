@@ -13,7 +13,7 @@ import numpy as np
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.kernel import uncounted_kernel
 from wheeltapper.march.common.program import FloatArray
-from wheeltapper.march.general.layout import PIECE_NOW, SHIFT_NOW, STRETCH_NOW
+from wheeltapper.march.common.rows import Row
 
 RADIANS = 2.0
 """Longest part of a wave that a step goes over."""
@@ -21,16 +21,16 @@ RADIANS = 2.0
 
 @uncounted_kernel
 def heights(
-    pieces: FloatArray, place: FloatArray, x0: float, stride: float, lift: float, n: int, theta: FloatArray,
+    pieces: FloatArray, place: Row, x0: float, stride: float, lift: float, n: int, theta: FloatArray,
     height: FloatArray, factor: FloatArray,
 ) -> None:  # fmt: skip
     """Write the path's height, times `lift`, and the factor on the force at n parts θ of a macro step."""
-    piece = int(place[PIECE_NOW])
+    piece = int(place["piece"])
     degree = int(pieces[piece, contract.DEGREE])
     factor_degree = int(pieces[piece, contract.FACTOR_DEGREE])
     sine = lift * pieces[piece, contract.SINE]
     cosine = lift * pieces[piece, contract.COSINE]
-    from_centre = x0 - place[SHIFT_NOW] - pieces[piece, contract.CENTRE]
+    from_centre = x0 - place["shift"] - pieces[piece, contract.CENTRE]
     scale = 1.0 / pieces[piece, contract.SCALE]
     if degree == 0:
         level = lift * pieces[piece, contract.COEFFICIENT]
@@ -61,12 +61,12 @@ def heights(
 
 @uncounted_kernel
 def height_and_slope(
-    pieces: FloatArray, place: FloatArray, x0: float, stride: float, lift: float, theta: float
+    pieces: FloatArray, place: Row, x0: float, stride: float, lift: float, theta: float
 ) -> tuple[float, float]:
     """Return the path's height, times `lift`, and its derivative by θ."""
-    piece = int(place[PIECE_NOW])
+    piece = int(place["piece"])
     scale = 1.0 / pieces[piece, contract.SCALE]
-    from_centre = x0 - place[SHIFT_NOW] - pieces[piece, contract.CENTRE] + stride * theta
+    from_centre = x0 - place["shift"] - pieces[piece, contract.CENTRE] + stride * theta
     xi = from_centre * scale
     value = 0.0
     slope = 0.0
@@ -86,34 +86,34 @@ def height_and_slope(
 
 
 @uncounted_kernel
-def piece_stop(pieces: FloatArray, place: FloatArray, x0: float, stride: float) -> float:
+def piece_stop(pieces: FloatArray, place: Row, x0: float, stride: float) -> float:
     """Return the part θ of the macro step at which the present piece ends."""
-    stop = pieces[int(place[PIECE_NOW]), contract.STOP]
+    stop = pieces[int(place["piece"]), contract.STOP]
     if np.isinf(stop) or stride == 0.0:
         return np.inf
-    return (stop + place[SHIFT_NOW] - x0) / stride
+    return (stop + place["shift"] - x0) / stride
 
 
 @uncounted_kernel
-def longest_reach(pieces: FloatArray, place: FloatArray, stride: float) -> float:
+def longest_reach(pieces: FloatArray, place: Row, stride: float) -> float:
     """Return how much of a macro step may be gone over at once, for the sake of the path's wave."""
-    piece = int(place[PIECE_NOW])
+    piece = int(place["piece"])
     if pieces[piece, contract.SINE] == 0.0 and pieces[piece, contract.COSINE] == 0.0:
         return np.inf
     return RADIANS / (abs(pieces[piece, contract.WAVENUMBER] * stride) + 1e-300)
 
 
 @uncounted_kernel
-def enter_next_piece(pieces: FloatArray, first: int, last: int, loop: int, loop_join: int, place: FloatArray) -> int:
+def enter_next_piece(pieces: FloatArray, first: int, last: int, loop: int, loop_join: int, place: Row) -> int:
     """Go to the next piece of a table that is rows `first` to `last` - 1; return how it joins, or -1 at the end."""
-    piece = int(place[PIECE_NOW]) + 1
+    piece = int(place["piece"]) + 1
     if piece < last:
-        place[PIECE_NOW] = piece
+        place["piece"] = piece
         return int(pieces[piece, contract.JOIN])
     if first + loop >= last:
         return -1
-    place[SHIFT_NOW] += pieces[piece - 1, contract.STOP] - pieces[first + loop, contract.START]
-    place[PIECE_NOW] = first + loop
+    place["shift"] += pieces[piece - 1, contract.STOP] - pieces[first + loop, contract.START]
+    place["piece"] = first + loop
     return loop_join
 
 
@@ -127,15 +127,15 @@ def _polynomial(row: FloatArray, degree: int, first: int, xi: float) -> float:
 
 
 @uncounted_kernel
-def surface_at(pieces: FloatArray, place: FloatArray, x0: float, stride: float, lift: float, theta: float) -> tuple[float, float, float]:  # fmt: skip  # noqa: E501
+def surface_at(pieces: FloatArray, place: Row, x0: float, stride: float, lift: float, theta: float) -> tuple[float, float, float]:  # fmt: skip  # noqa: E501
     """Return what earlier wheels have left, and what the surface as it is bears elastically, both times `lift`.
 
     Then follows the factor on the force. A table without these columns is of contacts that do not yield.
     """
-    row = pieces[int(place[PIECE_NOW])]
+    row = pieces[int(place["piece"])]
     if len(row) <= contract.RESIDUAL_DEGREE:
         return 0.0, np.inf, 1.0
-    xi = (x0 - place[SHIFT_NOW] - row[contract.CENTRE] + stride * theta) / row[contract.SCALE]
+    xi = (x0 - place["shift"] - row[contract.CENTRE] + stride * theta) / row[contract.SCALE]
     factor = 1.0
     if row[contract.FACTOR_DEGREE] >= 0.0:
         factor = _polynomial(row, int(row[contract.FACTOR_DEGREE]), contract.FACTOR, xi)
@@ -145,11 +145,11 @@ def surface_at(pieces: FloatArray, place: FloatArray, x0: float, stride: float, 
 
 @uncounted_kernel
 def surfaces(
-    pieces: FloatArray, place: FloatArray, x0: float, stride: float, lift: float, n: int, theta: FloatArray,
+    pieces: FloatArray, place: Row, x0: float, stride: float, lift: float, n: int, theta: FloatArray,
     left: FloatArray, factor: FloatArray,
 ) -> None:  # fmt: skip
     """Write what earlier wheels have left at n parts θ under a contact that yields, and no factor there."""
-    if place[STRETCH_NOW] == 0.0:
+    if place["stretch"] == 0.0:
         for k in range(n):
             left[k] = 0.0
         return

@@ -16,11 +16,12 @@ import numpy as np
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.rows import Row, Rows
 from wheeltapper.march.general import careful, layout, local
 from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.crossings import NO_CROSSING
 from wheeltapper.march.general.laws.free_play import PLAY_DAMPING, PLAY_GAP
-from wheeltapper.march.general.layout import EVENLY, FLYING, STOP_AT
+from wheeltapper.march.general.layout import EVENLY, FLYING
 from wheeltapper.march.general.records import Nodes, Room, Site
 
 PLACE_ROUNDING = 1e-13
@@ -41,7 +42,7 @@ def _meets(theta: float, q: int, places: FloatArray, matrix: FloatArray, site: S
         side = 1.0 - 2.0 * turn
         for k in range(n):
             value, slope = local.gap_at(theta + length * places[k], q, room.free, site)
-            room.F[k] = side * (value - site.place[STOP_AT]) - site.law[PLAY_GAP] - PAST_STOP
+            room.F[k] = side * (value - site.place["stop"]) - site.law[PLAY_GAP] - PAST_STOP
             if k == 0 and room.F[k] > 0.0 and side * slope > 0.0:
                 return theta, side
         root = careful.crossing(n, matrix, room.F, 1.0, room)
@@ -52,7 +53,7 @@ def _meets(theta: float, q: int, places: FloatArray, matrix: FloatArray, site: S
     at = theta + length * first
     for _ in range(4):  # from what is hardly beyond to the stop itself
         value, slope = local.gap_at(at, q, room.free, site)
-        beyond = which * (value - site.place[STOP_AT]) - site.law[PLAY_GAP]
+        beyond = which * (value - site.place["stop"]) - site.law[PLAY_GAP]
         new = at - beyond / (which * slope) if slope != 0.0 else at
         if not theta <= new <= 1.0:
             break
@@ -61,13 +62,13 @@ def _meets(theta: float, q: int, places: FloatArray, matrix: FloatArray, site: S
 
 
 @inlined_uncounted_kernel
-def _resolved(length: float, settings: FloatArray, site: Site) -> float:
+def _resolved(length: float, settings: Row, site: Site) -> float:
     """Return the tail of a force that counts as resolved over a part."""
-    return settings[layout.TAIL_LIMIT] + PLACE_ROUNDING * site.law[PLAY_DAMPING] / (length * site.seconds)
+    return settings["tail_limit"] + PLACE_ROUNDING * site.law[PLAY_DAMPING] / (length * site.seconds)
 
 
 @uncounted_kernel
-def _find_turn(theta: float, guess: float, side: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room) -> tuple[int, float, float]:  # fmt: skip  # noqa: E501
+def _find_turn(theta: float, guess: float, side: float, nodes: Nodes, q: int, settings: Row, site: Site, room: Room) -> tuple[int, float, float]:  # fmt: skip  # noqa: E501
     """Find where a held end turns back, near a guess; return an outcome, where its part ends, and where it turns.
 
     Moments at the part's end are in `room.after`.
@@ -78,7 +79,7 @@ def _find_turn(theta: float, guess: float, side: float, nodes: Nodes, q: int, se
         if at <= theta + careful.SNAP:
             return careful.TOO_LATE, theta, theta
         if not local.solve_part(
-            nodes, q, EVENLY, theta, at - theta, 0.0, 1.0, bool(careful.NO), settings[layout.NEWTON_LIMIT], site, room
+            nodes, q, EVENLY, theta, at - theta, 0.0, 1.0, bool(careful.NO), settings["newton_limit"], site, room
         ):
             return careful.FAILED, at, at
         value, slope = 0.0, 0.0
@@ -88,7 +89,7 @@ def _find_turn(theta: float, guess: float, side: float, nodes: Nodes, q: int, se
         if slope >= 0.0:
             return careful.FAILED, at, at
         away = -value / slope
-        if abs(away) < settings[layout.LOSS_LIMIT] or 0.5 * before <= abs(away) < TURN_STAGNANT:
+        if abs(away) < settings["loss_limit"] or 0.5 * before <= abs(away) < TURN_STAGNANT:
             return careful.FOUND, at, at + away
         before = abs(away)
         at = min(at + min(max(away, 0.5 * (theta - at)), at - theta), 1.0)
@@ -96,15 +97,15 @@ def _find_turn(theta: float, guess: float, side: float, nodes: Nodes, q: int, se
 
 
 @uncounted_kernel
-def _hold(step: int, i: int, theta: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
+def _hold(step: int, i: int, theta: float, nodes: Nodes, q: int, settings: Row, site: Site, room: Room, rows: Rows, events: Rows, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
     """Go on at a stop from θ, to the macro step's end or to where the end turns back; return a status and where."""
     n = len(nodes.places)
-    side = 1.0 if site.place[layout.FREE_NOW] == layout.AT_UPPER else -1.0
+    side = 1.0 if site.place["phase"] == layout.AT_UPPER else -1.0
     length = 1.0 - theta
     while length > careful.SHORTEST:
         to = theta + length
         solved = local.solve_part(
-            nodes, q, EVENLY, theta, length, 0.0, 1.0, bool(careful.NO), settings[layout.NEWTON_LIMIT], site, room
+            nodes, q, EVENLY, theta, length, 0.0, 1.0, bool(careful.NO), settings["newton_limit"], site, room
         )
         if not solved:
             length *= 0.5
@@ -134,15 +135,15 @@ def _hold(step: int, i: int, theta: float, nodes: Nodes, q: int, settings: Float
             copy(room.moments[:q], room.after)
             local.free_sum(q, site.c, site.B, room.moments, room.spare)
         value, slope = local.gap_at(at, q, room.spare, site)
-        site.place[STOP_AT] = value - side * site.law[PLAY_GAP]
-        site.place[layout.FREE_NOW] = FLYING
+        site.place["stop"] = value - side * site.law[PLAY_GAP]
+        site.place["phase"] = FLYING
         careful.log_event(step, i, turn, contract.LOSS, slope / site.seconds, events, counts)
         return contract.RUNNING, at
     return layout.UNSOLVED, theta
 
 
 @uncounted_kernel
-def play(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places: FloatArray, matrix: FloatArray, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
+def play(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places: FloatArray, matrix: FloatArray, settings: Row, site: Site, room: Room, rows: Rows, events: Rows, counts: IntArray, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
     """March a damper's end over a macro step, from event to event; arguments as of `careful`; return a status."""
     q = len(macro.places)
     place = site.place
@@ -156,7 +157,7 @@ def play(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places: Fl
                 k += 1
             return contract.RUNNING
         local.free_sum(q, site.c, site.B, room.moments, room.free)
-        if place[layout.FREE_NOW] == FLYING:
+        if place["phase"] == FLYING:
             at, side = _meets(theta, q, places, matrix, site, room)
             end = 1.0 if at == NO_CROSSING else at
             if end > theta:
@@ -169,7 +170,7 @@ def play(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places: Fl
             if at != NO_CROSSING:
                 _, slope = local.gap_at(at, q, room.free, site)
                 careful.log_event(step, i, at, contract.IMPACT, slope / site.seconds, events, counts)
-                place[layout.FREE_NOW] = layout.AT_UPPER if side > 0.0 else layout.AT_LOWER
+                place["phase"] = layout.AT_UPPER if side > 0.0 else layout.AT_LOWER
             continue
         status, to = _hold(step, i, theta, nodes, q, settings, site, room, rows, events, counts)
         if status != contract.RUNNING:

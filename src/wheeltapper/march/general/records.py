@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.rows import Row, Rows
 
 
 class Nodes(NamedTuple):
@@ -135,8 +136,8 @@ class Site(NamedTuple):
     B: FloatArray
     local: FloatArray
     pieces: FloatArray
-    place: FloatArray
-    ends: FloatArray
+    place: Row
+    ends: Row
     law: FloatArray
     table: FloatArray
     x0: float
@@ -197,11 +198,11 @@ class Data(NamedTuple):
     places: FloatArray
     matrix: FloatArray
     pieces: FloatArray
-    ends: FloatArray
+    ends: Rows
     laws: FloatArray
     table: FloatArray
     starts: FloatArray
-    settings: FloatArray
+    settings: Row
 
 
 class Motion(NamedTuple):
@@ -214,30 +215,35 @@ class Motion(NamedTuple):
     bodies
         (states,).
     contacts
-        (contacts, STATE_COLUMNS).
+        (contacts,), rows as `STATE`.
     guess
         Indentations at the last macro step's nodes, (contacts, q).
     forces
         Forces at the last macro step's nodes, (contacts, q).
     trend
-        How each force has gone, (contacts, TREND_COLUMNS).
+        How each force has gone, (contacts,), rows as `TREND`.
     """
 
     modes: FloatArray
     bodies: FloatArray
-    contacts: FloatArray
+    contacts: Rows
     guess: FloatArray
     forces: FloatArray
-    trend: FloatArray
+    trend: Rows
+
+    def copy(self) -> Motion:
+        """Return the same in memory of its own."""
+        tables: Any = (table.copy() for table in self)
+        return Motion._make(tables)
 
 
 class Stage(NamedTuple):
     """Scratch memory of a macro step: rows and events of each contact, and what the contacts exchange."""
 
-    rows: FloatArray
-    events: FloatArray
+    rows: Rows
+    events: Rows
     counts: IntArray
-    before: FloatArray  # contacts at the macro step's start
+    before: Rows  # contacts at the macro step's start
     free: FloatArray  # c without the others' forces
     c: FloatArray
     felt: FloatArray  # at the nodes, of the others' forces
@@ -245,7 +251,7 @@ class Stage(NamedTuple):
     sums: FloatArray
     moments: FloatArray
     modes: FloatArray
-    now: FloatArray  # when the macro step begins, how long it, the one before and the next one last, s (layout.py)
+    now: Row  # when the macro step begins, how long it, the one before and the next one last, s (layout.py)
 
 
 class Logs(NamedTuple):
@@ -254,11 +260,11 @@ class Logs(NamedTuple):
     `used` counts rows, events, maxima and macro steps.
     """
 
-    rows: FloatArray
-    events: FloatArray
-    peaks: FloatArray
+    rows: Rows
+    events: Rows
+    peaks: Rows
     gaps: FloatArray
     moments: FloatArray
     bodies: FloatArray
     modes: FloatArray
-    used: IntArray
+    used: Row

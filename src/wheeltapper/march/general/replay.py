@@ -9,13 +9,14 @@ H·exp(-λθ'H)·b over the macro step.
 from __future__ import annotations
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
 
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.rows import Rows
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.careful import sigma_of, sigmas_of
@@ -56,7 +57,7 @@ class Replayed(NamedTuple):
     acceleration: FloatArray
 
 
-class Rows(NamedTuple):
+class Parts(NamedTuple):
     """The logged parts of one contact, one after the other.
 
     Attributes
@@ -73,7 +74,7 @@ class Rows(NamedTuple):
         Those of the row alone.
     """
 
-    rows: FloatArray
+    rows: Rows
     starts: FloatArray
     theta: FloatArray
     pace: FloatArray
@@ -82,57 +83,55 @@ class Rows(NamedTuple):
     total: FloatArray
 
 
-def rows_until(found: Found, contact: int, end: float) -> Rows:
+def rows_until(found: Found, contact: int, end: float) -> Parts:
     """Return the logged parts of a contact up to a time, s; the last one is cut there."""
     whole, stop = rows_of(found, contact), float(found.prepared.grid.steps(np.array(end)))
-    held = Rows(*(part[: int(np.searchsorted(whole.starts, stop))].copy() for part in whole))
+    cut: Any = (part[: int(np.searchsorted(whole.starts, stop))].copy() for part in whole)
+    held = Parts._make(cut)
     row, last = held.rows[-1], len(held.rows) - 1
-    at, count = stop - row[layout.ROW_STEP], int(row[layout.ROW_NODES])
-    if at >= row[layout.ROW_TO]:
+    at, count = stop - row["step"], int(row["nodes"])
+    if at >= row["to"]:
         return held
     if count > 1:
         sigma, nodes = sigma_of(at, row), gauss_nodes(count)
-        row[layout.ROW_S1] = row[layout.ROW_S0] + sigma * (row[layout.ROW_S1] - row[layout.ROW_S0])
+        row["s1"] = row["s0"] + sigma * (row["s1"] - row["s0"])
         values = legendre.legvander(2.0 * sigma * nodes.places - 1.0, count - 1)
         held.force[last, :count] = values @ nodes.transform @ held.force[last, :count]
-        theta, pace = mapped(row[None], nodes.places)
+        theta, pace = mapped(held.rows[-1:], nodes.places)
         held.theta[last, :count], held.pace[last, :count] = theta[0], pace[0]
         powers = legendre.legvander(2.0 * theta[0] - 1.0, held.total.shape[1] - 1)
         held.total[last] = (nodes.weights * pace[0] * held.force[last, :count]) @ powers
-    row[layout.ROW_TO] = at
+    row["to"] = at
     return held
 
 
-def rows_of(found: Found, contact: int, first: int = 0, last: int | None = None) -> Rows:
+def rows_of(found: Found, contact: int, first: int = 0, last: int | None = None) -> Parts:
     """Return the logged parts of a contact, from a macro step on and up to another one, that included."""
     q = found.prepared.method.nodes
     rows = found.logs.rows
     if last is not None:
-        begin, end = np.searchsorted(rows[:, layout.ROW_STEP], [first, last + 1])
+        begin, end = np.searchsorted(rows["step"], [first, last + 1])
         rows = rows[begin:end]
-    rows = rows[rows[:, layout.ROW_CONTACT] == contact]
-    counts = rows[:, layout.ROW_NODES].astype(int)
+    rows = rows[rows["contact"] == contact]
+    counts = rows["nodes"].astype(int)
     theta, pace = np.zeros((2, len(rows), layout.MOST_NODES))
     total = np.zeros((len(rows), q))
     force = np.zeros((len(rows), layout.MOST_NODES))
     for count in np.unique(counts[counts > 1]):
         some, nodes = counts == count, gauss_nodes(int(count))
         theta[some, :count], pace[some, :count] = mapped(rows[some], nodes.places)
-        force[some, :count] = rows[some, layout.ROW_FORCES : layout.ROW_FORCES + count]
+        force[some, :count] = rows["forces"][some, :count]
         powers = legendre.legvander(2.0 * theta[some, :count] - 1.0, q - 1)
         total[some] = np.einsum("rk,rkm->rm", nodes.weights * pace[some, :count] * force[some, :count], powers)
-    steps = rows[:, layout.ROW_STEP]
+    steps = rows["step"]
     summed = np.cumsum(total, axis=0) - total
     first = np.searchsorted(steps, steps)
-    return Rows(rows, steps + rows[:, layout.ROW_FROM], theta, pace, force, summed - summed[first], total)
+    return Parts(rows, steps + rows["from"], theta, pace, force, summed - summed[first], total)
 
 
-def mapped(rows: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+def mapped(rows: Rows, places: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return θ and dθ/dσ at places of rows, the same in all of them or (rows, places)."""
-    how, origin, span, s0, s1 = (
-        rows[:, [column]]
-        for column in (layout.ROW_MAP, layout.ROW_ORIGIN, layout.ROW_SPAN, layout.ROW_S0, layout.ROW_S1)
-    )
+    how, origin, span, s0, s1 = (rows[name][:, None] for name in ("map", "origin", "span", "s0", "s1"))
     s = s0 + (s1 - s0) * places
     theta = np.select(
         [how == EVENLY, how == AFTER_IMPACT, how == BEFORE_LOSS],
@@ -158,7 +157,7 @@ STILL = 1e-6
 """dθ/dσ, in macro steps, below which a sample is at an impact or a loss, where the force begins with no slope."""
 
 
-def _sampled(rows: Rows, step: IntArray, theta: FloatArray, pulls: bool) -> At:
+def _sampled(rows: Parts, step: IntArray, theta: FloatArray, pulls: bool) -> At:
     q = rows.total.shape[1]
     index = np.searchsorted(rows.starts, step + theta, side="right") - 1
     index = np.clip(index, np.searchsorted(rows.starts, step), np.searchsorted(rows.starts, step + 1.0) - 1)
@@ -166,7 +165,7 @@ def _sampled(rows: Rows, step: IntArray, theta: FloatArray, pulls: bool) -> At:
     sigmas_of(theta, index, rows.rows, sigma)
     sigma = np.clip(sigma, 0.0, 1.0)
     (force, rate, bend), moments = np.zeros((3, len(theta))), rows.before[index]
-    counts = rows.rows[index, layout.ROW_NODES].astype(int)
+    counts = rows.rows["nodes"][index].astype(int)
     for count in np.unique(counts[counts > 1]):
         some, nodes = np.flatnonzero(counts == count), gauss_nodes(int(count))
         own, z = index[some], 2.0 * sigma[some] - 1.0
@@ -188,11 +187,11 @@ def _sampled(rows: Rows, step: IntArray, theta: FloatArray, pulls: bool) -> At:
     return At(force if pulls else np.maximum(force, 0.0), rate, bend, moments)
 
 
-def pace_at(rows: FloatArray, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
+def pace_at(rows: Rows, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return dθ/dσ and d²θ/dσ² at one σ of each row."""
-    how, span = rows[:, layout.ROW_MAP], rows[:, layout.ROW_SPAN]
-    width = rows[:, layout.ROW_S1] - rows[:, layout.ROW_S0]
-    s = rows[:, layout.ROW_S0] + width * sigma
+    how, span = rows["map"], rows["span"]
+    width = rows["s1"] - rows["s0"]
+    s = rows["s0"] + width * sigma
     kinds = [how == EVENLY, how == AFTER_IMPACT, how == BEFORE_LOSS]
     turn = np.select(kinds, [0.0 * s, 2.0 + 0.0 * s, -2.0 + 0.0 * s], 6.0 * span * (1.0 - 2.0 * s)) * width**2
     return mapped(rows, sigma[:, None])[1][:, 0], turn
@@ -314,11 +313,11 @@ def _pressed(
     sigmas_of(theta, index, rows.rows, sigma)
     one = prepared.system.contacts[contact]
     kernels, residual = prepared.tables.kernels[contact], prepared.tables.residual[contact]
-    counts = rows.rows[index, layout.ROW_NODES].astype(int)
+    counts = rows.rows["nodes"][index].astype(int)
     for count in np.unique(counts[counts > 1]).tolist():
         some, nodes = np.flatnonzero(counts == count), gauss_nodes(count)
         used, back = np.unique(index[some], return_inverse=True)
-        own, at = rows.rows[used, layout.ROW_STEP].astype(int), rows.theta[used, :count]
+        own, at = rows.rows["step"][used].astype(int), rows.theta[used, :count]
         powers = np.asarray(legendre.legvander(2.0 * at - 1.0, prepared.method.nodes - 1), dtype=float)
         rates = (rows.pace[used, :count] * rows.force[used, :count])[:, :, None] * powers
         moments = rows.before[used][:, None] + nodes.integrals @ rates

@@ -6,10 +6,10 @@ import numpy as np
 
 from wheeltapper.march.common.kernel import inlined_uncounted_kernel
 from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.rows import Row, Rows
 from wheeltapper.march.general import borders, layout, local, paths
 from wheeltapper.march.general.careful import FORESEEN, RECENT, SNAP, foresee_loss, log_row
 from wheeltapper.march.general.laws.switch import LAW_PULLS
-from wheeltapper.march.general.layout import IMPACT_AT, LOSS_AT
 from wheeltapper.march.general.records import Nodes, Room, Site
 
 FROM_GAP, CONTINUED, ONCE_MORE = range(3)
@@ -22,7 +22,7 @@ CLEARANCE = 0.02
 def may_be_smooth(site: Site) -> bool:
     """Return True for a contact without a break of its path, a recent impact or a foreseen loss in this macro step."""
     place = site.place
-    if place[layout.FREE_NOW] != 0.0 or -place[IMPACT_AT] < RECENT or place[LOSS_AT] < 1.0 + FORESEEN:
+    if place["phase"] != 0.0 or -place["impact"] < RECENT or place["loss"] < 1.0 + FORESEEN:
         return False
     if paths.longest_reach(site.pieces, place, site.stride) < 1.0:
         return False
@@ -30,7 +30,7 @@ def may_be_smooth(site: Site) -> bool:
 
 
 @inlined_uncounted_kernel
-def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin: int, guess: FloatArray, settings: FloatArray, site: Site, room: Room, rows: FloatArray, counts: IntArray) -> bool:  # fmt: skip  # noqa: E501
+def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin: int, guess: FloatArray, settings: Row, site: Site, room: Room, rows: Rows, counts: IntArray) -> bool:  # fmt: skip  # noqa: E501
     """Solve one contact over a macro step; return False where that is not exact enough.
 
     `guess` takes the indentations at the nodes. Before, it holds what the solve begins with: nothing, the solution of
@@ -58,7 +58,7 @@ def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin:
     if begin == FROM_GAP:
         gap, steepness = local.gap_at(0.0, q, site.c, site)
         local.continue_force(q, gap, steepness, site, room)
-    if not local.newton(q, macro, settings[layout.NEWTON_LIMIT], site, room):
+    if not local.newton(q, macro, settings["newton_limit"], site, room):
         return False
     least, most = np.inf, -np.inf
     end, slope, bend = 0.0, 0.0, 0.0
@@ -73,22 +73,22 @@ def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin:
         return False
     if borders.near(macro, macro.places, CLEARANCE, site, room):
         return False
-    if local.tail_of(macro, room.N) > settings[layout.TAIL_LIMIT]:
+    if local.tail_of(macro, room.N) > settings["tail_limit"]:
         return False
     if site.law[LAW_PULLS] == 0.0:
         if least <= CLEARANCE * (most - least):
             return False
         loss = 1.0 + foresee_loss(end, slope, bend)
         if loss < 1.0 + FORESEEN:
-            place[LOSS_AT] = loss
+            place["loss"] = loss
             return False
     for m in range(q):
         total = 0.0
         for k in range(q):
             total += macro.weights[k] * room.N[k] * macro.values[k, m]
         room.moments[m] = total
-    place[layout.JOINED] = 0.0
-    place[layout.BEGAN] = local.end_indentation(q, macro, place, room)
+    place["joined"] = 0.0
+    place["began"] = local.end_indentation(q, macro, place, room)
     for k in range(q):
         guess[k] = room.delta[k]
     log_row(step, i, 0.0, 1.0, layout.EVENLY, 0.0, 1.0, 0.0, 1.0, q, room.N, rows, counts)

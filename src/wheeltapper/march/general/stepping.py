@@ -16,11 +16,12 @@ import numpy as np
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.common.program import FloatArray
+from wheeltapper.march.common.rows import Row
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.careful import EVENTS_NOW, ROWS_NOW
 from wheeltapper.march.general.eventful import eventful
-from wheeltapper.march.general.layout import BEGIN, IM, IMPACT_AT, LOSS_AT, RE
+from wheeltapper.march.general.layout import BEGIN, IM, RE
 from wheeltapper.march.general.maxima import follow_row
 from wheeltapper.march.general.modal import add_turned_back, read_modes, turn, turned, write_modes
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Site, Stage, Tables
@@ -34,13 +35,13 @@ MODES_EVERY = 64
 
 
 @inlined_uncounted_kernel
-def tell_time(step: int, tables: Tables, now: FloatArray) -> None:
+def tell_time(step: int, tables: Tables, now: Row) -> None:
     """Write when a macro step begins, and how long it lasts, and its neighbours."""
     phases = len(tables.which)
-    now[layout.STEP_BEGINS] = (step // phases) * tables.clock[phases] + tables.clock[step % phases]
-    now[layout.STEP_LASTS] = tables.seconds[tables.which[step % phases]]
-    now[layout.LAST_ONE_LASTED] = tables.seconds[tables.which[(step - 1) % phases]]
-    now[layout.NEXT_ONE_LASTS] = tables.seconds[tables.which[(step + 1) % phases]]
+    now["begins"] = (step // phases) * tables.clock[phases] + tables.clock[step % phases]
+    now["lasts"] = tables.seconds[tables.which[step % phases]]
+    now["last_lasted"] = tables.seconds[tables.which[(step - 1) % phases]]
+    now["next_lasts"] = tables.seconds[tables.which[(step + 1) % phases]]
 
 
 @inlined_uncounted_kernel
@@ -153,7 +154,7 @@ def _solve(step: int, i: int, p: int, begin: int, shared: bool, tables: Tables, 
     """Solve one contact over the macro step, from its state at the step's start; return a status."""
     q = len(data.macro.places)
     place = motion.contacts[i]
-    copy(stage.before[i], place)
+    motion.contacts[i] = stage.before[i]
     counts = stage.counts[i]
     counts[:] = 0
     c = stage.c[i]
@@ -163,18 +164,18 @@ def _solve(step: int, i: int, p: int, begin: int, shared: bool, tables: Tables, 
             for k in range(q):
                 total -= data.macro.transform[m, k] * stage.felt[i, k]
         c[m] = total
-    speed, seconds = data.settings[layout.SPEED_NOW], stage.now[layout.STEP_LASTS]
+    speed, seconds = data.settings["speed"], stage.now["lasts"]
     site = Site(
         c, tables.kernels[i, p], tables.residual[i, p], data.pieces, place, data.ends[i], data.laws[i], data.table,
-        data.starts[i] + speed * stage.now[layout.STEP_BEGINS], speed * seconds,
-        1.0 / data.settings[layout.LENGTH_UNIT], seconds,
+        data.starts[i] + speed * stage.now["begins"], speed * seconds,
+        1.0 / data.settings["length_unit"], seconds,
     )  # fmt: skip
-    place[layout.SMOOTH] = 0.0
+    place["smooth"] = 0.0
     if may_be_smooth(site) and smooth(
         step, i, data.macro, tables.matrices[i, p], tables.residual_nodes[i, p], begin, motion.guess[i], data.settings,
         site, room, stage.rows[i], counts,
     ):  # fmt: skip
-        place[layout.SMOOTH] = 1.0
+        place["smooth"] = 1.0
         for k in range(q):
             motion.forces[i, k] = room.N[k]
         if shared:
@@ -207,8 +208,9 @@ def solve_contacts(step: int, p: int, tables: Tables, data: Data, motion: Motion
     """Solve all contacts over a macro step from their free motions in `stage.free`; return a status."""
     contacts = len(motion.contacts)
     shared = contacts > 1
-    alike = stage.now[layout.LAST_ONE_LASTED] == stage.now[layout.STEP_LASTS]
-    copy(motion.contacts, stage.before)
+    alike = stage.now["last_lasted"] == stage.now["lasts"]
+    for i in range(contacts):
+        stage.before[i] = motion.contacts[i]
     if shared:
         for i in range(contacts):
             stage.felt[i] = 0.0
@@ -219,13 +221,13 @@ def solve_contacts(step: int, p: int, tables: Tables, data: Data, motion: Motion
             change = np.inf
             if shared:
                 change = _feel(i, p, tables, stage)
-            if sweep > 0 and change <= data.settings[layout.SWEEP_LIMIT]:
+            if sweep > 0 and change <= data.settings["sweep_limit"]:
                 continue
             changed = True
             begin = FROM_GAP
-            if sweep > 0 and motion.contacts[i, layout.SMOOTH] != 0.0:
+            if sweep > 0 and motion.contacts[i]["smooth"] != 0.0:
                 begin = ONCE_MORE
-            elif sweep == 0 and alike and stage.before[i, layout.SMOOTH] != 0.0:
+            elif sweep == 0 and alike and stage.before[i]["smooth"] != 0.0:
                 begin = CONTINUED
             status = _solve(step, i, p, begin, shared, tables, data, motion, stage, room)
             if status != contract.RUNNING:
@@ -241,21 +243,21 @@ def commit(step: int, i: int, data: Data, motion: Motion, stage: Stage, logs: Lo
     used = logs.used
     counts = stage.counts[i]
     for row in range(counts[ROWS_NOW]):
-        copy(stage.rows[i, row], logs.rows[used[layout.LOGGED_ROWS]])
-        used[layout.LOGGED_ROWS] += 1
+        logs.rows[used["rows"]] = stage.rows[i, row]
+        used["rows"] += 1
         nodes = data.macro
-        if stage.rows[i, row, layout.ROW_NODES] != len(data.macro.places):
+        if stage.rows[i, row]["nodes"] != len(data.macro.places):
             nodes = data.part
-        used[layout.LOGGED_PEAKS] = follow_row(
-            stage.rows[i, row], nodes, data.settings[layout.PROMINENT], motion.trend[i], logs.peaks,
-            used[layout.LOGGED_PEAKS], room,
+        used["peaks"] = follow_row(
+            stage.rows[i, row], nodes, data.settings["prominent"], motion.trend[i], logs.peaks,
+            used["peaks"], room,
         )  # fmt: skip
     for row in range(counts[EVENTS_NOW]):
-        copy(stage.events[i, row], logs.events[used[layout.LOGGED_EVENTS]])
-        used[layout.LOGGED_EVENTS] += 1
-    ratio = stage.now[layout.STEP_LASTS] / stage.now[layout.NEXT_ONE_LASTS]
-    motion.contacts[i, IMPACT_AT] = (motion.contacts[i, IMPACT_AT] - 1.0) * ratio
-    motion.contacts[i, LOSS_AT] = (motion.contacts[i, LOSS_AT] - 1.0) * ratio
+        logs.events[used["events"]] = stage.events[i, row]
+        used["events"] += 1
+    ratio = stage.now["lasts"] / stage.now["next_lasts"]
+    motion.contacts[i]["impact"] = (motion.contacts[i]["impact"] - 1.0) * ratio
+    motion.contacts[i]["loss"] = (motion.contacts[i]["loss"] - 1.0) * ratio
 
 
 @uncounted_kernel
@@ -264,14 +266,14 @@ def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Moti
     contacts = len(motion.contacts)
     phases = tables.matrices.shape[1]
     used = logs.used
-    used[layout.LOGGED_STEPS] = first
+    used["steps"] = first
     q = len(data.macro.places)
     for step in range(first, last):
         margin = contacts * (layout.MOST_PARTS + 2)
         if (
-            used[layout.LOGGED_ROWS] + margin > len(logs.rows)
-            or used[layout.LOGGED_EVENTS] + margin > len(logs.events)
-            or used[layout.LOGGED_PEAKS] + 3 * margin > len(logs.peaks)
+            used["rows"] + margin > len(logs.rows)
+            or used["events"] + margin > len(logs.events)
+            or used["peaks"] + 3 * margin > len(logs.peaks)
         ):
             return contract.FULL
         p = step % phases
@@ -291,5 +293,5 @@ def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Moti
                 logs.moments[begun, i, m] = stage.moments[i, m]
             commit(step, i, data, motion, stage, logs, room)
         write_step(step, tables, motion, stage, room.spare)
-        used[layout.LOGGED_STEPS] = step + 1
+        used["steps"] = step + 1
     return contract.RUNNING

@@ -16,13 +16,14 @@ import numpy as np
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.rows import Row, Rows
 from wheeltapper.march.general import careful, layout, local
 from wheeltapper.march.general.algebra import copy
 from wheeltapper.march.general.crossings import NO_CROSSING
 from wheeltapper.march.general.laws.corners import corner_at
 from wheeltapper.march.general.laws.slider import JENKINS_FORCE, JENKINS_STIFFNESS, STUCK
 from wheeltapper.march.general.laws.switch import CORNERED_DAMPER, LAW_KIND, LAW_RATED, SLIDER
-from wheeltapper.march.general.layout import BEGIN, EVENLY, STOP_AT, STRETCH_NOW
+from wheeltapper.march.general.layout import BEGIN, EVENLY
 from wheeltapper.march.general.play import PLACE_ROUNDING, TURN_STAGNANT
 from wheeltapper.march.general.records import Nodes, Room, Site
 
@@ -35,7 +36,7 @@ PAST_END = 1e-12
 @uncounted_kernel
 def _end_at(direction: float, site: Site) -> float:
     """Return where the present stretch ends up or down; infinity where it does not."""
-    law, stretch = site.law, site.place[STRETCH_NOW]
+    law, stretch = site.law, site.place["stretch"]
     if law[LAW_KIND] == SLIDER:
         if stretch == STUCK:
             return direction * law[JENKINS_FORCE] / law[JENKINS_STIFFNESS]
@@ -47,14 +48,14 @@ def _end_at(direction: float, site: Site) -> float:
 def _by_rate(site: Site) -> bool:
     """Return whether the present stretch ends by the rate, and not by the displacement."""
     if site.law[LAW_KIND] == SLIDER:
-        return site.place[STRETCH_NOW] != STUCK
+        return site.place["stretch"] != STUCK
     return site.law[LAW_KIND] == CORNERED_DAMPER
 
 
 @inlined_uncounted_kernel
 def _anchor(site: Site) -> float:
     """Return from where the law's displacement counts."""
-    return site.place[STOP_AT] if site.law[LAW_KIND] == SLIDER else 0.0
+    return site.place["stop"] if site.law[LAW_KIND] == SLIDER else 0.0
 
 
 @uncounted_kernel
@@ -91,26 +92,26 @@ def _leaves(nodes: Nodes, site: Site, room: Room) -> tuple[float, float]:
 
 
 @uncounted_kernel
-def _solve(theta: float, to: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room) -> tuple[bool, bool]:  # fmt: skip  # noqa: E501
+def _solve(theta: float, to: float, nodes: Nodes, q: int, settings: Row, site: Site, room: Room) -> tuple[bool, bool]:  # fmt: skip  # noqa: E501
     """Solve from θ to a place in the present stretch, with rates; return whether that is done, and well resolved."""
     anchor = _anchor(site)
     room.free[BEGIN] -= anchor
-    site.place[layout.BEGAN], _ = local.gap_at(theta, q, room.free, site)
+    site.place["began"], _ = local.gap_at(theta, q, room.free, site)
     solved = local.solve_part(
-        nodes, q, EVENLY, theta, to - theta, 0.0, 1.0, bool(careful.NO), settings[layout.NEWTON_LIMIT], site, room
+        nodes, q, EVENLY, theta, to - theta, 0.0, 1.0, bool(careful.NO), settings["newton_limit"], site, room
     )
     room.free[BEGIN] += anchor
     if not solved:
         return solved, solved
     local.rates(len(nodes.places), nodes.own_slopes, 0.0, site.seconds, room)
-    limit = settings[layout.TAIL_LIMIT]
+    limit = settings["tail_limit"]
     if site.law[LAW_RATED] != 0.0:
         limit += PLACE_ROUNDING * abs(room.viscous[BEGIN]) / ((to - theta) * site.seconds)
     return not bool(careful.NO), local.tail_of(nodes, room.N) <= limit
 
 
 @uncounted_kernel
-def _find_end(theta: float, guess: float, direction: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room) -> tuple[int, float, float]:  # fmt: skip  # noqa: E501
+def _find_end(theta: float, guess: float, direction: float, nodes: Nodes, q: int, settings: Row, site: Site, room: Room) -> tuple[int, float, float]:  # fmt: skip  # noqa: E501
     """Find where a stretch is left, near a guess; return an outcome, where its part ends, and the event itself.
 
     Moments at the part's end are in `room.after`.
@@ -137,7 +138,7 @@ def _find_end(theta: float, guess: float, direction: float, nodes: Nodes, q: int
             return careful.FAILED, at, at
         away = -value / slope
         if (
-            abs(away) < settings[layout.LOSS_LIMIT]
+            abs(away) < settings["loss_limit"]
             or 0.5 * before <= abs(away) < TURN_STAGNANT
             or (at == 1.0 and before == 0.0)
         ):
@@ -150,26 +151,26 @@ def _find_end(theta: float, guess: float, direction: float, nodes: Nodes, q: int
 
 
 @uncounted_kernel
-def _go_over(step: int, i: int, at: float, event: float, direction: float, q: int, site: Site, room: Room, events: FloatArray, counts: IntArray) -> None:  # fmt: skip  # noqa: E501
+def _go_over(step: int, i: int, at: float, event: float, direction: float, q: int, site: Site, room: Room, events: Rows, counts: IntArray) -> None:  # fmt: skip  # noqa: E501
     """Enter the stretch behind an end, where the moments are those in `room.after`, and log the event."""
     place, law = site.place, site.law
     local.free_sum(q, site.c, site.B, room.after, room.spare)
     value, slope = local.gap_at(at, q, room.spare, site)
-    stretch = place[STRETCH_NOW]
+    stretch = place["stretch"]
     outwards = direction * _end_at(direction, site) > 0.0
     if law[LAW_KIND] != SLIDER:
-        place[STRETCH_NOW] = stretch + direction
+        place["stretch"] = stretch + direction
     elif stretch == STUCK:
-        place[STRETCH_NOW] = direction
+        place["stretch"] = direction
     else:
-        place[STOP_AT] = value - stretch * law[JENKINS_FORCE] / law[JENKINS_STIFFNESS]
-        place[STRETCH_NOW] = STUCK
+        place["stop"] = value - stretch * law[JENKINS_FORCE] / law[JENKINS_STIFFNESS]
+        place["stretch"] = STUCK
     kind = contract.IMPACT if outwards else contract.LOSS
     careful.log_event(step, i, event, kind, slope / site.seconds, events, counts)
 
 
 @uncounted_kernel
-def _go_on(step: int, i: int, theta: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
+def _go_on(step: int, i: int, theta: float, nodes: Nodes, q: int, settings: Row, site: Site, room: Room, rows: Rows, events: Rows, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
     """Go on from θ, to the macro step's end or to the end of the stretch; return a status and where.
 
     Moments there are in `room.after`.
@@ -203,7 +204,7 @@ def _go_on(step: int, i: int, theta: float, nodes: Nodes, q: int, settings: Floa
 
 
 @uncounted_kernel
-def switching(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places: FloatArray, matrix: FloatArray, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
+def switching(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places: FloatArray, matrix: FloatArray, settings: Row, site: Site, room: Room, rows: Rows, events: Rows, counts: IntArray, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
     """March an element over a macro step, from stretch to stretch; arguments as of `careful`; return a status."""
     q = len(macro.places)
     room.moments[:q] = 0.0

@@ -21,7 +21,8 @@ import numpy as np
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.kernel import inlined_uncounted_kernel, uncounted_kernel
 from wheeltapper.march.common.program import FloatArray, IntArray
-from wheeltapper.march.general import layout, local, modal, paths
+from wheeltapper.march.common.rows import Row
+from wheeltapper.march.general import local, modal, paths
 from wheeltapper.march.general.algebra import LANES, copy, factorise, solve_lanes
 from wheeltapper.march.general.careful import EVENTS_NOW, ROWS_NOW, SNAP, share_part
 from wheeltapper.march.general.laws.switch import LAW_RATED, forces
@@ -259,11 +260,11 @@ class Told(NamedTuple):
 
 
 @uncounted_kernel
-def path_bend(pieces: FloatArray, place: FloatArray, x0: float, stride: float, lift: float, theta: float) -> float:
+def path_bend(pieces: FloatArray, place: Row, x0: float, stride: float, lift: float, theta: float) -> float:
     """Return the second derivative of the path's height by θ, times `lift`."""
-    piece = int(place[layout.PIECE_NOW])
+    piece = int(place["piece"])
     scale = 1.0 / pieces[piece, contract.SCALE]
-    from_centre = x0 - place[layout.SHIFT_NOW] - pieces[piece, contract.CENTRE] + stride * theta
+    from_centre = x0 - place["shift"] - pieces[piece, contract.CENTRE] + stride * theta
     xi = from_centre * scale
     total = 0.0
     for j in range(int(pieces[piece, contract.DEGREE]), 1, -1):
@@ -275,11 +276,11 @@ def path_bend(pieces: FloatArray, place: FloatArray, x0: float, stride: float, l
 
 
 @uncounted_kernel
-def path_turn(pieces: FloatArray, bent: FloatArray, shifted: float, place: FloatArray, x0: float, stride: float, lift: float, theta: float) -> tuple[float, float]:  # fmt: skip  # noqa: E501
+def path_turn(pieces: FloatArray, bent: FloatArray, shifted: float, place: Row, x0: float, stride: float, lift: float, theta: float) -> tuple[float, float]:  # fmt: skip  # noqa: E501
     """Return the derivatives of the path's height, times `lift`, and of its slope by θ, at a part θ."""
-    piece = int(place[layout.PIECE_NOW])
+    piece = int(place["piece"])
     scale = 1.0 / pieces[piece, contract.SCALE]
-    from_centre = x0 - place[layout.SHIFT_NOW] - pieces[piece, contract.CENTRE] + stride * theta
+    from_centre = x0 - place["shift"] - pieces[piece, contract.CENTRE] + stride * theta
     xi = from_centre * scale
     value = 0.0
     slope = 0.0
@@ -310,11 +311,11 @@ def path_turn(pieces: FloatArray, bent: FloatArray, shifted: float, place: Float
 
 
 @uncounted_kernel
-def factor_turn(pieces: FloatArray, bent: FloatArray, shifted: float, place: FloatArray, x0: float, stride: float, theta: float) -> float:  # fmt: skip  # noqa: E501
+def factor_turn(pieces: FloatArray, bent: FloatArray, shifted: float, place: Row, x0: float, stride: float, theta: float) -> float:  # fmt: skip  # noqa: E501
     """Return the derivative of the path's factor on the force, at a part θ."""
-    piece = int(place[layout.PIECE_NOW])
+    piece = int(place["piece"])
     scale = 1.0 / pieces[piece, contract.SCALE]
-    xi = (x0 - place[layout.SHIFT_NOW] - pieces[piece, contract.CENTRE] + stride * theta) * scale
+    xi = (x0 - place["shift"] - pieces[piece, contract.CENTRE] + stride * theta) * scale
     total = 0.0
     for j in range(int(bent[piece, contract.FACTOR_DEGREE]), -1, -1):
         total = total * xi + bent[piece, contract.FACTOR + j]
@@ -381,24 +382,22 @@ def _edge(n: int, nodes: Nodes, N: FloatArray, sign: float) -> float:
 
 
 @inlined_uncounted_kernel
-def _enter(i: int, k: int, theta: float, n: int, nodes: Nodes, row: FloatArray, turns: Turns, shifts: FloatArray, pressed: FloatArray, site: Site, posed: Posed, room: Room) -> bool:  # fmt: skip  # noqa: E501
+def _enter(i: int, k: int, theta: float, n: int, nodes: Nodes, row: Row, turns: Turns, shifts: FloatArray, pressed: FloatArray, site: Site, posed: Posed, room: Room) -> bool:  # fmt: skip  # noqa: E501
     """Enter the pieces of the path that begin where part k does; return whether the path jumps there."""
     place, ends = site.place, site.ends
-    first, last = int(ends[layout.TABLE_BEGIN]), int(ends[layout.TABLE_END])
+    first, last = ends["begin"], ends["end"]
     jumps = False
     moves = False
     for direction in range(len(turns.bent)):
         posed.moved[i, k, direction] = 0.0
     posed.drop[i, k] = 0.0
     while theta < 1.0 and paths.piece_stop(site.pieces, place, site.x0, site.stride) <= theta + SNAP:
-        before = int(place[layout.PIECE_NOW])
-        join = paths.enter_next_piece(
-            site.pieces, first, last, int(ends[layout.TABLE_LOOP]), int(ends[layout.TABLE_JOIN]), place
-        )
+        before = int(place["piece"])
+        join = paths.enter_next_piece(site.pieces, first, last, ends["loop"], ends["join"], place)
         if join < 0:
             break
         jumps = jumps or join == contract.JUMP
-        piece = int(place[layout.PIECE_NOW])
+        piece = int(place["piece"])
         for direction in range(len(turns.bent)):
             if turns.bent[direction] >= 0:
                 bent = turns.bends[turns.bent[direction]]
@@ -412,17 +411,17 @@ def _enter(i: int, k: int, theta: float, n: int, nodes: Nodes, row: FloatArray, 
         after = 0.0
         if n > 1:
             for j in range(n):
-                room.N[j] = row[layout.ROW_FORCES + j]
+                room.N[j] = row["forces"][j]
             after = _edge(n, nodes, room.N, -1.0)
         posed.drop[i, k] = pressed[i] - after
     return jumps
 
 
 @inlined_uncounted_kernel
-def _is_whole(row: FloatArray, q: int) -> bool:
+def _is_whole(row: Row, q: int) -> bool:
     """Return True where a logged part is a whole macro step at its own nodes."""
-    evenly = row[layout.ROW_MAP] == EVENLY and row[layout.ROW_NODES] == q
-    return evenly and row[layout.ROW_FROM] == 0.0 and row[layout.ROW_TO] == 1.0
+    evenly = row["map"] == EVENLY and row["nodes"] == q
+    return evenly and row["from"] == 0.0 and row["to"] == 1.0
 
 
 @inlined_uncounted_kernel
@@ -432,12 +431,12 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
     p = step % tables.matrices.shape[1]
     directions = len(turns.bent)
     place = motion.contacts[i]
-    speed, phases, seconds = data.settings[layout.SPEED_NOW], len(tables.which), tables.seconds[tables.which[p]]
+    speed, phases, seconds = data.settings["speed"], len(tables.which), tables.seconds[tables.which[p]]
     law = data.laws[i]
     site = Site(
         logs.gaps[step, i], tables.kernels[i, p], tables.residual[i, p], data.pieces, place, data.ends[i], law,
         data.table, data.starts[i] + speed * ((step // phases) * tables.clock[phases] + tables.clock[p]),
-        speed * seconds, 1.0 / data.settings[layout.LENGTH_UNIT], seconds,
+        speed * seconds, 1.0 / data.settings["length_unit"], seconds,
     )  # fmt: skip
     shifts = state.shifts[i]
     rated = law[LAW_RATED] != 0.0
@@ -451,8 +450,8 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
         if k == count and event == logged.end_event:
             break
         row = logs.rows[logged.first_row + min(k, count - 1)]
-        n = int(row[layout.ROW_NODES])
-        theta = row[layout.ROW_FROM] if k < count else 2.0
+        n = int(row["nodes"])
+        theta = row["from"] if k < count else 2.0
         nodes = data.macro
         if n != q:
             nodes = data.part
@@ -466,7 +465,7 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
         if jumps:
             posed.jumps[i, k] = 1
             value, _ = local.gap_at(theta, q, room.free, site)
-            place[layout.BEGAN] = max(value, 0.0)
+            place["began"] = max(value, 0.0)
             for direction in range(directions):
                 risen, _ = _turn_at(direction, theta, turns, shifts, site)
                 if turns.structured[direction] != 0:
@@ -474,11 +473,11 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
                     less, _ = _answered(theta, q, kernel_turn, room.moments, room.spare)
                     risen -= less
                 posed.risen[i, k, direction] = risen
-        while event < logged.end_event and logs.events[event, layout.EVENT_PART] <= theta + AT_PART_END:
-            at = logs.events[event, layout.EVENT_PART]
+        while event < logged.end_event and logs.events[event]["part"] <= theta + AT_PART_END:
+            at = logs.events[event]["part"]
             posed.after[i, told] = k
             posed.events[i, told] = event
-            posed.steep[i, told] = logs.events[event, layout.EVENT_RATE_IS] * site.seconds
+            posed.steep[i, told] = logs.events[event]["rate"] * site.seconds
             posed.bend[i, told] = bend_at(at, q, room.free) + path_bend(
                 site.pieces, place, site.x0, site.stride, site.lift, at
             )
@@ -498,7 +497,7 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
                 posed.raised[i, told, OF_TIME, direction] = value
                 posed.raised[i, told, OF_SIZE, direction] = slope
             if not jumps:
-                place[layout.BEGAN] = gap if gap > INDENTED else 0.0
+                place["began"] = gap if gap > INDENTED else 0.0
             event += 1
             told += 1
         if k == count:
@@ -514,21 +513,21 @@ def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data:
             for m in range(q):
                 room.moments[m] += share * room.P[j, m]
         if paced:
-            place[layout.BEGAN] = local.end_indentation(n, nodes, place, room)
+            place["began"] = local.end_indentation(n, nodes, place, room)
     posed.counts[i, ROWS_NOW] = count
     posed.counts[i, EVENTS_NOW] = told
 
 
 @inlined_uncounted_kernel
-def _pose_part(part: Part, row: FloatArray, paced: bool, tables: Tables, turns: Turns, data: Data, shifts: FloatArray, site: Site, posed: Posed, room: Room) -> None:  # fmt: skip  # noqa: E501
+def _pose_part(part: Part, row: Row, paced: bool, tables: Tables, turns: Turns, data: Data, shifts: FloatArray, site: Site, posed: Posed, room: Room) -> None:  # fmt: skip  # noqa: E501
     """Write the linearised problem of one part; its forces are in `room.N`."""
     i, k, p, n, nodes, rated = part
     q = len(data.macro.places)
-    how = int(row[layout.ROW_MAP])
-    origin, span = row[layout.ROW_ORIGIN], row[layout.ROW_SPAN]
+    how = int(row["map"])
+    origin, span = row["origin"], row["span"]
     whole = _is_whole(row, q)
     for a in range(n):
-        room.N[a] = row[layout.ROW_FORCES + a]
+        room.N[a] = row["forces"][a]
     if whole:
         paths.heights(
             site.pieces, site.place, site.x0, site.stride, site.lift, n, nodes.places, room.height, room.factor
@@ -544,7 +543,7 @@ def _pose_part(part: Part, row: FloatArray, paced: bool, tables: Tables, turns: 
                 total += nodes.values[a, m] * site.c[m]
             room.d[a] = total
     else:
-        local.pose_part(nodes, q, how, origin, span, row[layout.ROW_S0], row[layout.ROW_S1], site, room)
+        local.pose_part(nodes, q, how, origin, span, row["s0"], row["s1"], site, room)
     for a in range(n):
         total = room.d[a] - room.r[a] * room.N[a]
         for b in range(n):
@@ -555,16 +554,16 @@ def _pose_part(part: Part, row: FloatArray, paced: bool, tables: Tables, turns: 
     smoothly = 0
     if paced:
         forces(
-            site.law, site.table, site.place[layout.STRETCH_NOW], n, room.delta, room.rate, room.left, room.factor,
+            site.law, site.table, site.place["stretch"], n, room.delta, room.rate, room.left, room.factor,
             room.F, room.slope, room.viscous,
         )  # fmt: skip
         if rated and 0.0 < local.lag(n, site.seconds, room) < local.SHORT_LAG:
             slopes = nodes.own_slopes
             smoothly = 1
-        site.place[layout.LAGS] = 1.0 - smoothly
-        local.rates(n, slopes, site.place[layout.BEGAN], site.seconds, room)
+        site.place["lags"] = 1.0 - smoothly
+        local.rates(n, slopes, site.place["began"], site.seconds, room)
     forces(
-        site.law, site.table, site.place[layout.STRETCH_NOW], n, room.delta, room.rate, room.left, room.factor, room.F,
+        site.law, site.table, site.place["stretch"], n, room.delta, room.rate, room.left, room.factor, room.F,
         room.slope, room.viscous,
     )  # fmt: skip
     local.jacobian(n, slopes, site.seconds, rated, room)
@@ -616,7 +615,7 @@ def _pose_direction(direction: int, q: int, whole: bool, part: Part, turns: Turn
     slower = turns.seconds[direction]
     bent = turns.bent[direction]
     plain = stronger == 0.0 and lossier == 0.0
-    factored = bent >= 0 and site.pieces[int(site.place[layout.PIECE_NOW]), contract.FACTOR_DEGREE] >= 0.0
+    factored = bent >= 0 and site.pieces[int(site.place["piece"]), contract.FACTOR_DEGREE] >= 0.0
     if not plain:
         stronger /= site.law[LAW_CONSTANT]
     for a in range(n):
@@ -693,7 +692,7 @@ def _gap_of(q: int, fresh: bool, i: int, p: int, tables: Tables, carried: Carrie
 def _press(k: int, i: int, q: int, rated: bool, data: Data, logs: Logs, posed: Posed, carried: Carried) -> None:
     """Solve a part along all directions, from the gap's coefficients; write its forces, and add to the moments."""
     m, f, x, began = carried.moments[i], carried.gap, carried.delta, carried.began[i]
-    n = int(logs.rows[posed.rows[i, k], layout.ROW_NODES])
+    n = int(logs.rows[posed.rows[i, k]]["nodes"])
     nodes = data.macro
     if n != q:
         nodes = data.part
@@ -765,20 +764,20 @@ def _carry(i: int, p: int, tables: Tables, turns: Turns, data: Data, logs: Logs,
             break
         if k < parts and posed.drop[i, k] != 0.0:
             fresh = False
-            room.theta[BEGIN] = logs.rows[posed.rows[i, k], layout.ROW_FROM]
+            room.theta[BEGIN] = logs.rows[posed.rows[i, k]]["from"]
             local.legendre_rows(1, room.theta, q, room.P)
             for j in range(q):
                 for lane in range(LANES):
                     m[j, lane] += posed.drop[i, k] * posed.moved[i, k, lane] * room.P[BEGIN, j]
         _gap_of(q, fresh, i, p, tables, carried)
         if k < parts and posed.jumps[i, k] != 0:
-            theta = logs.rows[posed.rows[i, k], layout.ROW_FROM]
+            theta = logs.rows[posed.rows[i, k]]["from"]
             for direction in range(directions):
                 value, _ = _sum_at(direction, theta, q, f, room.free)
                 began[direction] = value + posed.risen[i, k, direction]
         while event < events and posed.after[i, event] == k:
             row = posed.events[i, event]
-            at, leaps = logs.events[row, layout.EVENT_PART], posed.leaps[i, event]
+            at, leaps = logs.events[row]["part"], posed.leaps[i, event]
             for direction in range(directions):
                 value, slope = _sum_at(direction, at, q, f, room.free)
                 value += posed.raised[i, event, OF_TIME, direction]
@@ -792,10 +791,10 @@ def _carry(i: int, p: int, tables: Tables, turns: Turns, data: Data, logs: Logs,
                 told.events[row, OF_TIME, direction] = later
                 told.events[row, OF_SIZE, direction] = slope / seconds
                 if leaps != LEAPS:
-                    hits = logs.events[row, layout.EVENT_KIND_IS] == contract.IMPACT
+                    hits = logs.events[row]["kind"] == contract.IMPACT
                     began[direction] = value if hits else 0.0
             event += 1
-        if k < parts and logs.rows[posed.rows[i, k], layout.ROW_NODES] != 1.0:
+        if k < parts and logs.rows[posed.rows[i, k]]["nodes"] != 1.0:
             _press(k, i, q, rated, data, logs, posed, carried)
             fresh = False
 
@@ -808,14 +807,14 @@ def _share_of(i: int, direction: int, base: bool, data: Data, logs: Logs, posed:
     node = 0
     for k in range(posed.counts[i, ROWS_NOW]):
         row = logs.rows[posed.rows[i, k]]
-        n = int(row[layout.ROW_NODES])
+        n = int(row["nodes"])
         if not base and posed.drop[i, k] != 0.0:
-            room.theta[BEGIN] = row[layout.ROW_FROM]
+            room.theta[BEGIN] = row["from"]
             local.legendre_rows(1, room.theta, q, room.P)
             for j in range(q):
                 room.moments[j] += posed.drop[i, k] * posed.moved[i, k, direction] * room.P[BEGIN, j]
         if n == 1:
-            while node < q and data.macro.places[node] <= row[layout.ROW_TO]:
+            while node < q and data.macro.places[node] <= row["to"]:
                 copy(room.moments[:q], carried.sums[node])
                 node += 1
             continue
@@ -823,11 +822,11 @@ def _share_of(i: int, direction: int, base: bool, data: Data, logs: Logs, posed:
         if n != q:
             nodes = data.part
         for a in range(n):
-            room.N[a] = row[layout.ROW_FORCES + a] if base else posed.forces[i, k, a, direction]
+            room.N[a] = row["forces"][a] if base else posed.forces[i, k, a, direction]
             room.pace[a] = posed.pace[i, k, a]
             for j in range(q):
                 room.P[a, j] = posed.P[i, k, a, j]
-        node = share_part(node, row[layout.ROW_TO], nodes, data.macro, q, row, room, carried.sums)
+        node = share_part(node, row["to"], nodes, data.macro, q, row, room, carried.sums)
         for a in range(n):
             share = nodes.weights[a] * room.pace[a] * room.N[a]
             for j in range(q):
@@ -1041,7 +1040,7 @@ def _tell(i: int, directions: int, logs: Logs, posed: Posed, told: Told) -> None
         told.drops[at] = posed.drop[i, k]
         for direction in range(directions):
             told.moved[at, direction] = posed.moved[i, k, direction]
-        n = int(logs.rows[at, layout.ROW_NODES])
+        n = int(logs.rows[at]["nodes"])
         if n > 1:
             for a in range(n):
                 for lane in range(LANES):
@@ -1069,9 +1068,9 @@ def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion:
             )
         for i in range(contacts):
             first_row, first_event = row, event
-            while row < len(logs.rows) and logs.rows[row, layout.ROW_STEP] == step and logs.rows[row, layout.ROW_CONTACT] == i:  # fmt: skip  # noqa: E501
+            while row < len(logs.rows) and logs.rows[row]["step"] == step and logs.rows[row]["contact"] == i:  # fmt: skip  # noqa: E501
                 row += 1
-            while event < len(logs.events) and logs.events[event, layout.EVENT_STEP] == step and logs.events[event, layout.EVENT_CONTACT_IS] == i:  # fmt: skip  # noqa: E501
+            while event < len(logs.events) and logs.events[event]["step"] == step and logs.events[event]["contact"] == i:  # fmt: skip  # noqa: E501
                 event += 1
             _read_turned(step, i, tables, turns, motion, state, carried)
             _pose(

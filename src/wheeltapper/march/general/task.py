@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from wheeltapper.march.common import happened, kept
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import FloatArray, IntArray
+from wheeltapper.march.common.rows import Rows, plain, row_of, rows_from, width
 from wheeltapper.march.common.telling import Tell, report_nothing
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general import ensemble, integrals, layout, replay
@@ -147,6 +148,7 @@ class Marched(NamedTuple):
         """Return what brings this march back where its task is known."""
         logs, wheels = self.found.logs, self.system.wheels
         held = {name: getattr(logs, name) for name in LOGGED} | {"events": self.events, "peaks": self.peaks}
+        held["rows"] = plain(logs.rows)
         held["steps_made"] = np.array([float(self.found.steps)])
         if self.system.ports:
             held["seat_events"] = self.seat_events
@@ -265,12 +267,15 @@ def restored(task: Task, status: int, held: kept.Held) -> Marched:
     contacts, q, states = len(task.system.contacts), task.method.nodes, prepared.tables.bodies_step.shape[1]
     known = len(range(0, steps, MODES_EVERY))
     shapes = {
-        "rows": (None, layout.ROW_COLUMNS), "gaps": (steps, contacts, q), "moments": (steps, contacts, q),
+        "rows": (None, width(layout.ROW)), "gaps": (steps, contacts, q), "moments": (steps, contacts, q),
         "bodies": (steps, states), "modes": (known, 2, prepared.tables.decay.shape[2]),
     }  # fmt: skip
-    rows, gaps, moments, bodies, modes = (kept.table(held, f"march_{name}", *shapes[name]) for name in LOGGED)
+    table, gaps, moments, bodies, modes = (kept.table(held, f"march_{name}", *shapes[name]) for name in LOGGED)
+    rows = rows_from(table, layout.ROW)
     _check_rows(rows, steps, contacts, {1, q, task.method.careful_nodes})
-    logs = Logs(rows, np.empty((0, 0)), np.empty((0, 0)), gaps, moments, bodies, modes, np.zeros(4, np.int64))
+    logs = Logs(
+        rows, np.empty(0, layout.EVENT), np.empty(0, layout.MAXIMUM), gaps, moments, bodies, modes, row_of(layout.USED)
+    )  # fmt: skip
     wheels, ports = np.arange(len(task.system.wheels)), np.arange(len(task.system.ports))
     events = kept.rows_of(held, "march_events", task.duration, contacts=wheels, latest=contract.YIELD)
     peaks = kept.rows_of(held, "march_peaks", task.duration, contacts=wheels)
@@ -296,17 +301,17 @@ def _paths_of(held: kept.Held, system: general.System) -> list[FloatArray]:
     return paths
 
 
-def _check_rows(rows: FloatArray, steps: int, contacts: int, counts: set[int]) -> None:
+def _check_rows(rows: Rows, steps: int, contacts: int, counts: set[int]) -> None:
     """Refuse logged parts that do not follow each other, or whose nodes do not exist."""
-    kept.check_whole("march_rows", rows[:, layout.ROW_STEP], 0, steps - 1)
-    kept.check_whole("march_rows", rows[:, layout.ROW_CONTACT], 0, contacts - 1)
-    kept.check_whole("march_rows", rows[:, layout.ROW_MAP], layout.EVENLY, layout.IMPACT_TO_LOSS)
-    nodes = rows[:, layout.ROW_NODES]
+    kept.check_whole("march_rows", rows["step"], 0, steps - 1)
+    kept.check_whole("march_rows", rows["contact"], 0, contacts - 1)
+    kept.check_whole("march_rows", rows["map"], layout.EVENLY, layout.IMPACT_TO_LOSS)
+    nodes = rows["nodes"]
     kept.check("march_rows", nodes, np.isin(nodes, list(counts)), f"nodes among {sorted(counts)}")
     for contact in range(contacts):
-        own = rows[rows[:, layout.ROW_CONTACT] == contact]
-        begins = own[:, layout.ROW_STEP] + own[:, layout.ROW_FROM]
-        ends = own[:, layout.ROW_STEP] + own[:, layout.ROW_TO]
+        own = rows[rows["contact"] == contact]
+        begins = own["step"] + own["from"]
+        ends = own["step"] + own["to"]
         follows = np.abs(np.append(begins[1:], float(steps)) - ends) <= 1e-9 * steps + 1e-9
         kept.check("march_rows", ends, follows & (ends > begins), "parts that follow each other")
         kept.check("march_rows", begins[:1], begins[:1] == 0.0, "a first part at zero")

@@ -247,8 +247,8 @@ def turned_start(
         bodies = general.raised_state(system.bodies._replace(raised=turn.bodies.raised), bodies, offsets)
     gap = (gap + system.bodies.shapes.T @ bodies[: len(system.bodies.mass)]) / units.length
     began = np.zeros(contacts)
-    for i in np.flatnonzero(prepared.motion.contacts[:, layout.FREE_NOW] == layout.TOUCHING).tolist():  # δ + r·N(δ) = D
-        delta = float(prepared.motion.contacts[i, layout.BEGAN])
+    for i in np.flatnonzero(prepared.motion.contacts["phase"] == layout.TOUCHING).tolist():  # δ + r·N(δ) = D
+        delta = float(prepared.motion.contacts["began"][i])
         force, slope = general.pressed(delta, data.laws[i], data.table, spots[i])
         soft = compliance[i] * units.force / units.length
         began[i] = (gap[i] - soft * force * stronger[i]) / (1.0 + soft * slope)
