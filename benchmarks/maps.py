@@ -35,7 +35,6 @@ from problems import CASES, Case, FloatArray, IntArray, Outcome, largest_end_err
 from workers import Code, Workers
 
 import wheeltapper as wt
-from wheeltapper.ask.sensitivity import turns_of
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import LoweredCells
 from wheeltapper.march.common import program as contract
@@ -310,7 +309,7 @@ def marches_of(name: str, base: wt.Scenario, values: dict[str, FloatArray]) -> d
         "alone": lambda: march_one_by_one(many.cells),
     }
     for count in PARAMETER_COUNTS:
-        turned = turns_of(many, [many.direction_along(path) for path in parameters[:count]])
+        turned = many.turned([many.direction_along(path) for path in parameters[:count]])
         found[str(count)] = lambda turned=turned: gradients.march_all(*turned, 1, lambda *found: None)  # type: ignore[misc]
     return found
 

@@ -5,7 +5,6 @@ import pytest
 
 import wheeltapper as wt
 from tests.properties.test_lanes import CASES, PERIODIC
-from wheeltapper.ask.sensitivity import turns_of
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import LoweredCells
 from wheeltapper.march.common import program as contract
@@ -42,7 +41,7 @@ def turned_cells(scene, method="default", count=5, **last):
     many = LoweredCells(scene, changed | {path: np.full(count, Fields(scene)(path)) for path in parameters[3:]}, method)
     for column, value in last.items():
         many.cells.numbers[:, getattr(contract, column)] = value
-    return turns_of(many, [many.direction_along(path) for path in parameters])
+    return many.turned([many.direction_along(path) for path in parameters])
 
 
 def alone(cells, turns, cell):

@@ -18,9 +18,9 @@ from wheeltapper.ground.needs import Need
 from wheeltapper.ground.progress import Progress, progress_shown
 from wheeltapper.ground.warned import warn_caller
 from wheeltapper.march import run
-from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.blocks import core_count
 from wheeltapper.record.arguments import as_scenario
+from wheeltapper.record.cells.door import cells_of
 from wheeltapper.record.features import first_loss
 
 if TYPE_CHECKING:
@@ -97,42 +97,16 @@ class _Plane:
     ) -> None:  # fmt: skip
         self.scenario, self.paths = scenario, paths
         self.losses, self.method, self.threads = losses, method, threads
-        self.marcher = run.choose(BORDER, scenario.needs if needs is None else needs)
+        self.cells = cells_of(run.choose(BORDER, scenario.needs if needs is None else needs))
 
     def margin(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the margin in m at each pair of values."""
-        if self.marcher.cells == run.ALONE_EACH:
-            return self._margin_by_records(x, y)
-        if self.marcher.cells == run.SHARING_TABLES:
-            return self._margin_on_rails(x, y)
-        from wheeltapper.lower.many import LoweredCells
-        from wheeltapper.march.wheel.margin import margins_of
-
-        many = LoweredCells(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
-        many.cells.numbers[:, contract.LAST_IMPACT] = self.losses
-        found = margins_of(many.to_march, self.losses, self.threads)
-        return self._whole(found * many.units.length).reshape(x.shape)
-
-    def _margin_on_rails(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        from wheeltapper.lower.cells_on_rails import CellsOnRails
-        from wheeltapper.march.general.margin import margins_of
-
-        many = CellsOnRails(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
-        return self._whole(margins_of(many.tasks, self.losses, self.threads)).reshape(x.shape)
-
-    def _margin_by_records(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        from wheeltapper.ask.by_records import margins_by_records
-
         changed = {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}
-        found = margins_by_records(self.scenario, changed, self.method, self.losses, self.threads)
-        return self._whole(found).reshape(x.shape)
-
-    def _whole(self, found: FloatArray) -> FloatArray:
-        """Return margins as they are; warn of those that are not known."""
+        found = self.cells(self.scenario, changed, self.method).margins(self.losses, self.threads)
         broken = int(np.isnan(found).sum())
         if broken:
             warn_caller(f"{broken} of {len(found)} runs broke off; where they are no border is drawn")
-        return found
+        return found.reshape(x.shape)
 
     def border_curves(self, x: FloatArray, y: FloatArray) -> list[FloatArray]:
         """Return the curves as arrays (points, 2): those of the grid, each point moved to the root on its line."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -94,6 +94,16 @@ class ComputedCells:
         warn_caller(what)
 
     @staticmethod
+    def unknown(asked: Study, cells: int) -> ComputedCells:
+        """Return cells that have not been computed yet: all NaN."""
+        shape = *asked.wheel_shape, cells
+        return ComputedCells(
+            np.full((len(asked.features), *shape), np.nan), np.zeros(cells, dtype=np.int64),
+            np.full((len(asked.features), len(asked.gradient), *shape), np.nan), np.zeros(cells, dtype=np.int64),
+            np.full(cells, np.nan), (),
+        )  # fmt: skip
+
+    @staticmethod
     def joined_parts(parts: list[ComputedCells]) -> ComputedCells:
         """Return several parts as one, in order."""
         notes = shared_notes(note for part in parts for note in part.notes)
@@ -118,26 +128,12 @@ class ComputedCells:
     @staticmethod
     def refused_cell(asked: Study, *why: InputError) -> ComputedCells:
         """Return one cell that cannot be computed."""
-        features, parameters = len(asked.features), len(asked.gradient)
-        unknown = np.full((features, parameters, *asked.wheel_shape, 1), np.nan)
-        return ComputedCells(
-            np.full((features, *asked.wheel_shape, 1), np.nan), np.array([REFUSED]), unknown, np.array([EXACT]),
-            np.full(1, np.nan), tuple(Shared(Note(f"cannot be computed: {error}", "refused"), 1) for error in why), why,
-            unknown if asked.by_differences else None,
-        )  # fmt: skip
+        one = ComputedCells.unknown(asked, 1)
+        one.status[:] = REFUSED
+        notes = (Shared(Note(f"cannot be computed: {error}", "refused"), 1) for error in why)
+        return replace(one, notes=tuple(notes), refusals=why, error=one.gradient if asked.by_differences else None)
 
 
 def trust_of(gentlest: Any, amplification: Any, chaos_limit: float) -> IntArray:
     """Return how far gradients can be trusted, by their gentlest events and the growth of small changes."""
     return np.where(gentlest < GENTLE, GRAZING, np.where(amplification > chaos_limit, NEAR_CHAOTIC, EXACT))
-
-
-def last_events(asked: Study) -> tuple[int, int]:
-    """Return the impact, or the impact before a loss, at which the last feature is known; -1 where none tells."""
-    if any(feature.until == "end" for feature in asked.features):
-        return -1, -1
-    impact, loss = (
-        max((feature.impacts for feature in asked.features if feature.until == until), default=-1)
-        for until in ("impact", "loss")
-    )
-    return (impact, -1) if impact > loss else (-1, loss)

@@ -23,7 +23,6 @@ from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError, brief
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Shared
-from wheeltapper.march import run
 from wheeltapper.record.files.chart_store import (
     FORMAT,
     MISSING,
@@ -41,8 +40,8 @@ EVERY_CHUNK = {"array.write_empty_chunks": True}
 computed."""
 MOST_CHUNKS = 1_000_000
 """Largest number of chunks of a store. Each chunk has one file for every variable."""
-CHUNK, CHUNK_OF_OBJECTS, CHUNK_OF_RECORDS = 32_768, 512, 16
-"""Approximate number of cells in a chunk, unless the study says otherwise: a second or so of work."""
+CHUNK_OF_DIFFERENCES = 16
+"""Approximate number of cells in a chunk where derivatives are differences, unless the study says otherwise."""
 
 LEADING = ("parameter", "wheelset", "side")
 """Dimensions that come before those of the cells."""
@@ -60,9 +59,7 @@ def chunk_shape(shape: tuple[int, ...], cells: int, dear: tuple[int, ...] = ()) 
 
 def _usual_chunk(study: Study) -> int:
     """Return how many cells a chunk has where none is said: some seconds of work."""
-    if study.by_records or study.by_differences:
-        return CHUNK_OF_RECORDS
-    return CHUNK if study.marcher.cells == run.LOCKSTEP else CHUNK_OF_OBJECTS
+    return CHUNK_OF_DIFFERENCES if study.by_differences else study.cells.chunk
 
 
 class Store:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import prod
 from numbers import Real
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +24,13 @@ from wheeltapper.ground.needs import SEVERAL_BODIES, Need
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.contacts import SIDES
 from wheeltapper.lower.fields import Fields
-from wheeltapper.lower.turns_on_rails import not_turned
 from wheeltapper.march import run
 from wheeltapper.record.arguments import check_method
+from wheeltapper.record.cells.door import cells_of
 from wheeltapper.record.features import Feature, named
+
+if TYPE_CHECKING:
+    from wheeltapper.record.cells.base import Cells
 
 FloatArray = NDArray[np.float64]
 CHAOS_LIMIT = 1e4
@@ -104,20 +107,15 @@ class Study:
 
     def numbers_in_memory(self, cells: int) -> int:
         """Return the number of numbers in memory while `cells` cells are computed together."""
-        features, parameters = len(self.features) * prod(self.wheel_shape), len(self.gradient)
+        features, parameters = len(self.features) * self.wheel_count, len(self.gradient)
         fields = len(self.axes) + len(self.gradient)
         found = features * (1 + parameters) + 3  # and status, trust, amplification; twice, because parts are joined
         return cells * (2 * found + 2 * fields + 2 * features * parameters)
 
     @cached_property
-    def marcher(self) -> run.Marcher:
-        """The march that computes the cells."""
-        return run.choose(run.SWEEP, needs_over(self.scenario, self.axes))
-
-    @property
-    def by_records(self) -> bool:
-        """Whether each cell is a run with a record of its own: there are no tables that cells could share."""
-        return self.marcher.cells == run.ALONE_EACH
+    def cells(self) -> type[Cells]:
+        """What the march that computes the cells offers for them."""
+        return cells_of(run.choose(run.SWEEP, needs_over(self.scenario, self.axes)))
 
     @property
     def wheel_axes(self) -> dict[str, list[int] | list[str]]:
@@ -134,25 +132,24 @@ class Study:
         return tuple(len(names) for names in self.wheel_axes.values())
 
     @property
+    def wheel_count(self) -> int:
+        """Number of all wheels of a cell that have a value of every feature."""
+        return prod(self.wheel_shape)
+
+    def by_cell(self, values: FloatArray) -> FloatArray:
+        """Return one value per wheel of some cells, cell after cell, with the cells along the last axis."""
+        return np.moveaxis(values.reshape(-1, *self.wheel_shape), 0, -1)
+
+    @property
     def dear_axes(self) -> tuple[int, ...]:
-        """Axes along which tables of the track differ: cells that share them should be computed together."""
-        if self.marcher.cells != run.SHARING_TABLES or not self.grid:
-            return ()
-        return tuple(
-            number for number, axis in enumerate(self.axes)
-            if axis.path == "speed" or axis.path.startswith("track.") or axis.path.partition(".")[2] == "wheelbase"
-        )  # fmt: skip
+        """Axes along which cells share less: those that share should be computed together."""
+        return tuple(number for number, axis in enumerate(self.axes) if self.grid and self.cells.is_dear(axis.path))
 
     @property
     def notes(self) -> tuple[Note, ...]:
         """What is asked and not computed."""
         without = ", ".join(one.name for one in self.features if not one.differentiable and self.gradient)
         return (Note(f"no gradient of {without}: counts, bounds and filtered forces have none"),) if without else ()
-
-    @property
-    def needs_tally(self) -> bool:
-        """Whether a feature needs more than events and force maxima."""
-        return any(feature.tally for feature in self.features)
 
     def changed_values(self, block: tuple[slice, ...] | None = None) -> dict[str, FloatArray]:
         """Return the value of each varied field in all cells, or in a block of them, in C order.
@@ -312,9 +309,7 @@ def _has_no_tangents(scenario: Scenario, by: Sequence[str], varied: Sequence[str
     begun = [path for path in {*by, *varied} if Fields(scenario)(path) == 0.0]
     needs = scenario.needs.union(*(scenario.replaced({path: BESIDE}).needs for path in begun))
     marcher = run.fastest_march(TANGENTS, needs)
-    if marcher is None or marcher.cells != run.SHARING_TABLES:
-        return marcher is None
-    return any(not_turned(scenario, path) for path in by) or any(feature.of_heights for feature in features)
+    return marcher is None or not cells_of(marcher).has_tangents(scenario, by, features)
 
 
 def as_features(given: Asked) -> tuple[Feature, ...]:

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.motion import table_at_hand
-from wheeltapper.ask.sensitivity import turns_of
 from wheeltapper.ask.study import check_along
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
@@ -75,7 +74,7 @@ def trajectory(
     march, values, tangents = None, np.empty(0), []
     for first in range(0, max(len(parameters), 1), LANES):
         directions = [many.direction_along(path) for path in parameters[first : first + LANES]]
-        cells, turns = turns_of(many, directions)
+        cells, turns = many.turned(directions)
         program = Program(cells.pieces, cells.numbers[0])
         march, samples = sampled_tangents(program, turns.numbers[0], turns.bends, turns.table, scaled)
         values = samples

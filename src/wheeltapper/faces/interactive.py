@@ -43,7 +43,7 @@ def check_plotly(path: Path | None) -> None:
 
 
 def interactive_figure(figure: Figure, path: Path | None = None) -> Any:
-    """Return a figure as one of plotly, and save it as a page of HTML that loads plotly from the net."""
+    """Return a figure as one of plotly, and save it as a page of HTML that needs no network."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from plotly import graph_objects
 
@@ -72,7 +72,7 @@ def interactive_figure(figure: Figure, path: Path | None = None) -> Any:
     out.update_layout(layout)
     if path is not None:
         try:
-            out.write_html(path, include_plotlyjs="cdn")
+            out.write_html(path, include_plotlyjs=True)
         except OSError as error:
             raise InputError(str(path), "path", f"a place that cannot be written ({error})", "a writable .html") from (
                 error

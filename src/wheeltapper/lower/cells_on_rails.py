@@ -128,10 +128,10 @@ class CellsOnRails:
 
     def lowered(self, cell: int) -> LoweredOnRails:
         """Return one cell as if it were lowered alone, without notes."""
-        vehicle, track = self.vehicles[cell], self._tracks[cell]
+        vehicle, track, paths = self.vehicles[cell], self._tracks[cell], tuple(self._paths[self._path_of[cell]])
         return LoweredOnRails(
             self.scenario_of(cell), self.tasks[cell], vehicle.plane, track.modes, track.seat, vehicle.static_force,
-            vehicle.contact_constant, (), self.rails, vehicle.stops, track.anomalies,
+            vehicle.contact_constant, (), self.rails, vehicle.stops, track.anomalies, paths,
         )  # fmt: skip
 
     def scenario_of(self, cell: int) -> Scenario:

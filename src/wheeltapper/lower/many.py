@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,13 +27,16 @@ from wheeltapper.lower.laws.ellipse import factor_function
 from wheeltapper.lower.laws.plastic import yielding_programs
 from wheeltapper.lower.numbers import METHODS, Method, Placing, Units, numbers_of
 from wheeltapper.lower.paths.bends import table_tangent
-from wheeltapper.lower.paths.table import PathTable
+from wheeltapper.lower.paths.table import PathTable, used_degree
 from wheeltapper.lower.plausible import implausible_cells
 from wheeltapper.lower.unmet import deck_acting, irregularities_acting, unmet_cells
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.common.program import Program
 from wheeltapper.march.general.at_rest import Numbers
 from wheeltapper.march.wheel.ensemble import Cells
+
+if TYPE_CHECKING:
+    from wheeltapper.march.wheel.gradients import CellTangents
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -270,6 +273,28 @@ class LoweredCells:
             height[mine] += 1j * EPSILON * shaped.table.tangent_at(bent, x, contract.COEFFICIENT)
             factor[mine] += 1j * EPSILON * shaped.table.tangent_at(bent, x, contract.FACTOR)
         return replace(placing, height=height, factor=factor)
+
+    def turned(self, directions: list[Direction]) -> tuple[Cells, CellTangents]:
+        """Return the cells, and their derivatives along some directions."""
+        from wheeltapper.march.steps.tangent_path import LANES
+        from wheeltapper.march.wheel.gradients import CellTangents
+
+        numbers = np.zeros((self._field_value.cells, contract.NUMBERS, LANES))
+        table = np.full(LANES, -1, dtype=np.int64)
+        bends: list[FloatArray] = []
+        pieces = self.cells.pieces.copy()
+        for lane, direction in enumerate(directions):
+            numbers[:, :, lane] = direction.numbers
+            if direction.bend is not None:
+                table[lane] = len(bends)
+                bends.append(direction.bend)
+        for bent in bends:  # a kernel knows a piece's tangent up to the piece's own degree
+            for degree, source in ((contract.DEGREE, contract.COEFFICIENT), (contract.FACTOR_DEGREE, contract.FACTOR)):
+                held = bent[:, source : source + contract.TERMS]
+                used = used_degree(held, 1e-15 * float(np.abs(held).max()))
+                pieces[:, degree] = np.where(pieces[:, degree] < 0, -1, np.maximum(pieces[:, degree], used))
+        bent_all = np.array(bends) if bends else np.zeros((1, 1, contract.PIECE_COLUMNS))
+        return self.cells._replace(pieces=pieces), CellTangents(numbers, bent_all, table)
 
     def direction_along(self, path: str) -> Direction:
         """Return the derivatives of the cells with respect to one of the changed fields."""

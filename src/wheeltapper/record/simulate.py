@@ -118,9 +118,9 @@ def side_by_side(work: Callable[[T], R], over: Iterable[T], threads: int, tell: 
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def simulated_quietly(scenario: Scenario) -> Record:
+def simulated_quietly(scenario: Scenario, method: str = "default") -> Record:
     """Simulate a scenario that the user has not made, such as a part of a passage; its notes are no warnings."""
-    return simulated_scenario(scenario, "default", lambda notes: None)
+    return simulated_scenario(scenario, method, lambda notes: None)
 
 
 def simulated_scenario(

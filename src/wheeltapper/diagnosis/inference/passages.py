@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.sensitivity import turns_of
 from wheeltapper.ask.study import check_along
 from wheeltapper.ask.trajectory import in_si, tilted_motion
 from wheeltapper.describe.scenario import Scenario
@@ -80,7 +79,7 @@ class Passages:
 
         directions = [self.many.direction_along(path) for path in self.parameters]
         groups = [directions[i : i + LANES] for i in range(0, max(len(directions), 1), LANES)]
-        lowered = [(group, *turns_of(self.many, group)) for group in groups]
+        lowered = [(group, *self.many.turned(group)) for group in groups]
         out = []
         for i, march in enumerate(self.marches):
             parts = [self._sampled_passage(i, times, *each) for each in lowered]

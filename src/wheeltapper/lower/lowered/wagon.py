@@ -190,6 +190,13 @@ class LoweredWagon(LoweredScenario):
         numbers = self.assembly.numbers
         return march.gentlest() * float(numbers[asm.PULSE]) / float(numbers[asm.STATIC_INDENTATION])
 
+    def margin(self, march: Marched, losses: int) -> tuple[float, float]:
+        """Return how far a march is from the `losses`-th loss of any wheel, m, and the static indentation, m."""
+        from wheeltapper.lower.lowered.wagon_margin import margin_of, readings_of
+
+        readings = readings_of(march)
+        return margin_of(readings, losses), readings.static
+
     def scaled_end(self, march: Marched) -> FloatArray:
         """Return the scaled state at the end of a march."""
         states = self.layout.state_count

@@ -22,8 +22,7 @@ from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.wheel_rows import DELTA_RATE, GRIP, ROW_DELTA
 
 if TYPE_CHECKING:
-    from wheeltapper.lower.lowered.wagon import LoweredWagon
-    from wheeltapper.march.wagon.march import Marched as MarchedWagon
+    from wheeltapper.march.wagon.march import Marched
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -64,9 +63,9 @@ class Readings(NamedTuple):
     damped: bool
 
 
-def readings_of_wagon(lowered: LoweredWagon, found: MarchedWagon) -> Readings:
-    """Return the readings of a wagon's run, of all its treads."""
-    A = lowered.assembly
+def readings_of(found: Marched) -> Readings:
+    """Return the readings of a run, of all its treads."""
+    A = found.assembly
     static, damped = float(A.numbers[asm.STATIC_INDENTATION]), A.numbers[asm.CONTACT_LAW] in (asm.LOSSY, asm.OWN_RATED)
     rows = np.array([ROW_DELTA, DELTA_RATE, *([GRIP] if damped else [])])
     treads = np.flatnonzero(A.lanes[: int(A.numbers[asm.TREADS]), asm.SIDE].ravel())

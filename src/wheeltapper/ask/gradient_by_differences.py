@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask import computed as status_of
-from wheeltapper.ask.by_records import scenario_of_cell
 from wheeltapper.ask.computed import ComputedCells
 from wheeltapper.ask.differences import Slope, slope_at
 from wheeltapper.ask.finer import FinerRun, finer_run, gentlest_and_growth
@@ -36,7 +35,7 @@ CORNER = "its slopes on both sides differ"
 """Why there is no derivative."""
 
 
-def slopes_of_records(
+def gradient_by_differences(
     asked: Study, changed: dict[str, FloatArray], plain: ComputedCells, threads: int
 ) -> ComputedCells:  # fmt: skip
     """Return some cells of a study with derivatives; `plain` is what was computed of them without."""
@@ -44,7 +43,9 @@ def slopes_of_records(
     gradient = np.full((len(asked.features), len(asked.gradient), *wheels, cells), np.nan)
     error, trust, growth = gradient.copy(), plain.trust.copy(), plain.amplification.copy()
     whole = [int(cell) for cell in np.flatnonzero(plain.status == status_of.COMPLETE)]
-    scenarios = {cell: scenario_of_cell(asked, changed, cell) for cell in whole}
+    scenarios = {
+        cell: asked.scenario.replaced({path: float(values[cell]) for path, values in changed.items()}) for cell in whole
+    }
     smooth = tuple(feature for feature in asked.features if feature.differentiable)
     rows = [row for row, feature in enumerate(asked.features) if feature.differentiable]
     bases, missing = dict[int, FinerRun](), list[tuple[int, int, str, int]]()
