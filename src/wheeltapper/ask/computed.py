@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared_notes
+from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.warned import warn_caller
-from wheeltapper.lower.lowered import balanced
-from wheeltapper.march.common import program as contract
-from wheeltapper.march.general import layout
-from wheeltapper.march.wagon import assembly
+from wheeltapper.record.outcomes import OUTCOMES
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -23,21 +21,16 @@ IntArray = NDArray[np.int64]
 MOST_REFUSALS = 100
 """Largest number of reasons for refused cells that are kept; further ones are dropped."""
 
-# Status of a cell, in the order of the numbers that a chart stores.
-COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED, CHATTERING, UNSOLVED, DERAILED, UNBALANCED, FULL = (
-    range(11)
-)
 STATUS = (
     "complete", "event_limit", "not_finite", "stalled", "end_of_path", "refused", "chattering", "unsolved",
     "derailed", "unbalanced", "out_of_memory",
 )  # fmt: skip
-STATUS_OF_MARCH = np.zeros(128, dtype=np.int64)
+"""Status of a cell, in the order of the numbers that a chart stores: outcomes of records, or "refused"."""
+COMPLETE, REFUSED = 0, STATUS.index("refused")
+STATUS_OF_MARCH = np.full(128, COMPLETE)
 """Status of a cell by that of its march."""
-STATUS_OF_MARCH[[contract.TOO_MANY_EVENTS, contract.NOT_FINITE, contract.STALLED, contract.END_OF_PATH]] = (
-    EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH,
-)  # fmt: skip
-STATUS_OF_MARCH[[layout.CHATTERS, layout.UNSOLVED]] = CHATTERING, UNSOLVED
-STATUS_OF_MARCH[[assembly.DERAILED, balanced.UNBALANCED, contract.FULL]] = DERAILED, UNBALANCED, FULL
+for _status, _outcome in OUTCOMES.items():
+    STATUS_OF_MARCH[_status] = COMPLETE if _outcome is Outcome.COMPLETED else STATUS.index(_outcome.name.lower())
 # How far a gradient can be trusted.
 EXACT, GRAZING, NEAR_CHAOTIC, NOT_DIFFERENTIABLE = range(4)
 GENTLE = 1e-3
