@@ -7,10 +7,12 @@ from math import inf, pi
 from typing import Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 import wheeltapper as wt
 from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
+from wheeltapper.describe.contact.force_law import ForceLaw
 from wheeltapper.describe.creep.base import CreepLaw
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.course import Course, Harmonic, harmonic, level
@@ -59,6 +61,24 @@ class DummyPlastic(ElasticPlastic):
         """Return δ_r/δ_Y after unloading from D ≥ 1."""
         d = np.asarray(indentation, dtype=float)
         return d - self.loading(d) / np.sqrt(d)
+
+
+class DummyPower(ForceLaw):
+    """N = C·δ^1.25.
+
+    Parameters
+    ----------
+    constant
+        C, N/m^1.25.
+    """
+
+    example: ClassVar[dict[str, Any]] = {"constant": 1.5e10}
+    constant: float = Field(gt=0.0)
+    exponent: float = 1.25
+
+    def force(self, delta: Any) -> Any:
+        """Return the force of indentations, N."""
+        return self.constant * delta**self.exponent
 
 
 class DummyCreep(CreepLaw):
@@ -168,5 +188,5 @@ class DummyElement(Element):
     example: ClassVar[dict[str, Any]] = {}
 
 
-RUN = (DummyBump, DummyPlastic, DummyCreep, DummyTram, dummy_feature)
+RUN = (DummyBump, DummyPlastic, DummyPower, DummyCreep, DummyTram, dummy_feature)
 DESCRIBED = (DummyContact, DummyTrack, DummyVehicle, DummyElement)

@@ -136,3 +136,17 @@ def test_strict_tables_of_a_factor_do_not_follow_rounding(rolling):
     following = scene(LAWS["following the curvature"]).replaced({"rolling": rolling})
     table, _ = table_of(following, 0.5, METHODS["strict"])
     assert len(table.rows) < 100
+
+
+@pytest.mark.parametrize("exponent", [1.25, 1.5, 2.5])
+def test_a_contact_in_flight_stores_nothing_whatever_its_power(exponent):
+    """In flight an indentation is negative, of which only some powers are numbers."""
+    scale = 1.4e5 / 1e-4**exponent
+    law = wt.contact.Law(lambda delta: scale * delta**exponent, exponent=exponent)
+    lost, hit = wt.simulate(scene(law)).events.time.values[:2]
+    record = wt.simulate(scene(law, duration=0.5 * float(lost + hit)))
+    assert float(record.at([record.end]).normal_force[0]) == 0.0
+    force = float(record.static_force)
+    stored = force * (force / scale) ** (1.0 / exponent) / (exponent + 1.0)
+    assert float(record.energy.elastic_contact) == pytest.approx(-stored, rel=1e-6)
+    assert abs(float(record.energy.relative_imbalance)) < 1e-9

@@ -50,6 +50,7 @@ DUMMIES = {
     # name: room of the front door, field of the scenario, the table in it, the scenario, the suite's function
     "DummyBump": ("irregularities", "irregularity", BUMP, SCENE, "test_irregularities.laws"),
     "DummyPlastic": ("contact", "contact", {"constant": 1.405e11, "yield_force": 1e5}, SCENE, "test_plastic_laws.laws"),
+    "DummyPower": ("contact", "contact", {"constant": 1.5e10}, SCENE, "test_contacts.laws"),
     "DummyContact": ("contact", "contact", {}, SCENE, "test_contacts.laws"),
     "DummyCreep": ("creep", "creep", {"friction": 0.3}, wagon(), "test_creep_laws.laws"),
     "DummyTram": ("vehicles", "vehicle", TRAM, SCENE, "test_vehicles.vehicles"),
@@ -190,6 +191,33 @@ def test_laws_of_ones_own_are_computed_as_they_say(name, dummies):
     assert differ[0] != pytest.approx(differ[1], rel=1e-5)
 
 
+VEHICLES = {
+    "wheelset": wt.Wheelset(**WHEELSET), "wheelsets": wt.vehicles.Wheelsets(**wt.vehicles.Wheelsets.example),
+    "bogie": wt.vehicles.Bogie(**wt.vehicles.Bogie.example), "wagon": wt.Wagon.erri_b176(),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
+def test_a_law_that_is_one_file_goes_with_every_vehicle_and_track(vehicle, dummies):
+    """Its force is a method, and it marches as the function of the same force does, to the bit."""
+    laws = dummies.DummyPower(constant=1.5e10), wt.contact.Law(lambda delta: 1.5e10 * delta**1.25, exponent=1.25)
+    slab = wt.tracks.Slab(**wt.tracks.Slab.example | {"cutoff": 1000.0, "bays": 120})
+    bump = wt.CosineBump(**BUMP | {"start": 0.01})
+    for track in (wt.StiffTrack(), wt.FloatingDeck(mass=5000, stiffness=2e7, damping=1e4), slab):
+        mine, other = (
+            wt.simulate(
+                wt.Scenario(
+                    vehicle=VEHICLES[vehicle], contact=law, track=track, irregularity=bump, speed=20, duration=0.01
+                )
+            )
+            for law in laws
+        )
+        assert mine.outcome.name == "COMPLETED"
+        np.testing.assert_array_equal(mine.events.time, other.events.time)
+        np.testing.assert_array_equal(mine.peaks.normal_force, other.peaks.normal_force)
+        assert abs(float(mine.energy.relative_imbalance)) < 1e-6
+
+
 @pytest.mark.parametrize("name", ["DummyContact", "DummyTrack", "DummyElement"])
 def test_what_is_described_only_is_refused_in_one_line_and_never_taken_for_another(name, dummies):
     with pytest.raises(wt.InputError, match=rf"found a? ?{name}.*of which nothing is lowered; allowed: ") as error:
@@ -266,7 +294,7 @@ def test_a_new_file_in_a_room_is_all_that_a_new_kind_needs(tmp_path):
 @pytest.mark.parametrize(
     ("names", "and_of", "outcome"),
     [
-        (("DummyBump", "DummyPlastic", "DummyCreep", "DummyTram", "dummy_feature"), "test", "PASSED"),
+        (("DummyBump", "DummyPlastic", "DummyPower", "DummyCreep", "DummyTram", "dummy_feature"), "test", "PASSED"),
         (("DummyContact", "DummyTrack", "DummyVehicle", "DummyElement"), "(energy or rest)", "FAILED"),
     ],
 )

@@ -56,7 +56,9 @@ def test_nothing_above_opens_a_kernel() -> None:
 
 
 def test_nothing_above_reaches_into_a_march_or_asks_which_it_is() -> None:
-    reaches = re.compile(r"\.(?:prepared|logs)\b|marcher (?:is|is not|in|not in) run\.|marcher\.(?:name|cells)|type\(march\)")
+    reaches = re.compile(
+        r"\.(?:prepared|logs)\b|marcher (?:is|is not|in|not in) run\.|marcher\.(?:name|cells)|type\(march\)"
+    )
     above = [path for path in [*ABOVE, *sorted((SOURCE / "lower").rglob("*.py"))] if path.name != "door.py"]
     assert {path.name: lines for path in above if (lines := reaches.findall(path.read_text(encoding="utf-8")))} == {}
     assert len(reaches.findall("if marcher is run.GENERAL: march.found.prepared, march.logs.rows")) == 3

@@ -11,6 +11,7 @@ from pydantic_core import PydanticSerializationError
 
 from wheeltapper.describe.choice import OneOf
 from wheeltapper.describe.contact.base import Contact
+from wheeltapper.describe.contact.elastic import ElasticContact
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.creep.base import CreepLaw
 from wheeltapper.describe.irregularity.base import Irregularity
@@ -162,7 +163,7 @@ class Scenario(Noun):
     def _check_wagon(self, wagon: Wagon) -> None:
         self._check_deck(len(wagon.axles))
         check_places(self.irregularity, len(wagon.axles))
-        if getattr(self.contact, "constant", None) is not None:
+        if isinstance(self.contact, ElasticContact) and self.contact.constant is not None:
             raise InputError(
                 "", "contact.constant", f"{self.contact.constant:g}, of a wheelset, on a Wagon",
                 "constant_per_wheel, or none to take it from the profiles",

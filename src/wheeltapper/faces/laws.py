@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
+from wheeltapper.describe.contact.force_law import ForceLaw
 from wheeltapper.describe.contact.hertz import Hertz
-from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.creep.base import CreepLaw
 from wheeltapper.describe.creep.fastsim import Fastsim
@@ -73,7 +73,7 @@ def _(law: Hertz) -> list[Curve]:
 
 
 @curves_of.register
-def _(law: Law) -> list[Curve]:
+def _(law: ForceLaw) -> list[Curve]:
     delta = np.linspace(0.0, law.largest, POINTS + 1)[1:]
     rates = RATES if law.takes_rate else (0.0,)
     return [

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
+from wheeltapper.describe.contact.force_law import ForceLaw
 from wheeltapper.describe.contact.hertz import Hertz
-from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.creep.fastsim import Fastsim
 from wheeltapper.describe.scenario import Scenario
@@ -19,7 +19,7 @@ from wheeltapper.ground.errors import InputError
 
 KNOWN: dict[str, tuple[type, ...]] = {
     "vehicle": (Wheelset, Wagon, Wheelsets, Bogie),
-    "contact": (Hertz, Linear, ElasticPlastic, Law),
+    "contact": (Hertz, Linear, ElasticPlastic, ForceLaw),
     "track": (StiffTrack, FloatingDeck, SupportedRail),
 }
 """By field of the scenario, what is lowered; the elements of a wagon are in `structure`."""

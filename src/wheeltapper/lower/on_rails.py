@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
-from wheeltapper.describe.contact.law import Law
+from wheeltapper.describe.contact.force_law import ForceLaw
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.deck import FloatingDeck
@@ -453,7 +453,7 @@ def law_of(
 ) -> tuple[general.Law, float, tuple[Note, ...]]:
     """Return the law of one rail's part of a wheelset's contact, the wheelset's constant, and notes on the law."""
     contact = scenario.contact
-    if isinstance(contact, Law):
+    if isinstance(contact, ForceLaw):
         law, table = tabulated_law(contact, rails)
         return law, table.constant, (table_note(table.error),)
     alone = contact_alone(scenario, wheelset)

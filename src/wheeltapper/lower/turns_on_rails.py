@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.contact.law import Law
+from wheeltapper.describe.contact.force_law import ForceLaw
 from wheeltapper.describe.paths import keys_of, plain_path, with_value
 from wheeltapper.describe.placement import Placement, parsed_place
 from wheeltapper.describe.scenario import Scenario
@@ -63,7 +63,7 @@ def not_turned(scenario: Scenario, path: str) -> str:
     head, *rest = path.split(".")
     if head == "track" and DECK not in scenario.needs:
         return "a field of the track, which changes its modes"
-    if head == "contact" and isinstance(scenario.contact, Law):
+    if head == "contact" and isinstance(scenario.contact, ForceLaw):
         return "a field of a law of one's own, which changes its table"
     if head == "vehicle" and (rest[0] == "positions" or rest[-1] == "wheelbase"):
         return "a distance between wheelsets, which moves them along the track"
@@ -81,7 +81,7 @@ def _difference(scenario: Scenario, path: str, lowered: LoweredOnRails) -> tuple
         near = on_wheels(with_value(scenario, keys_of(scenario, path), held + k * step))
         laws = np.zeros((len(near.laws), 2))
         for row, law in zip(laws, near.laws, strict=True):
-            if not isinstance(scenario.contact, Law):
+            if not isinstance(scenario.contact, ForceLaw):
                 row[: len(law.numbers)] = law.numbers
         return *(getattr(near.bodies, name) for name in MATRICES), near.static_force / rails, laws
 

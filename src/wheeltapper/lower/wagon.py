@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
-from wheeltapper.describe.contact.law import Law
+from wheeltapper.describe.contact.force_law import ForceLaw
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.creep import Fastsim
 from wheeltapper.describe.profile.wheel_rail import Cones
@@ -232,7 +232,7 @@ def lower_wagon(scenario: Scenario, method: str = "default", worn: WornRails | N
 
         heaviest = float(per_wheelset.max()) if worn is None else worn.heaviest
         assembly = yielding_treads(assembly, scenario.contact, middle, heaviest)
-    if isinstance(scenario.contact, Law):
+    if isinstance(scenario.contact, ForceLaw):
         table_rows, table = flat_law(scenario.contact)
         numbers[asm.OWN_WIDTH] = table_rows.shape[1]
         assembly, middle = assembly._replace(law=table_rows), 0.5 * table.constant
@@ -310,7 +310,7 @@ def _assembly_numbers(
 ) -> FloatArray:
     wagon, creep = scenario.vehicle, scenario.creep
     exponent = 1.0 if isinstance(scenario.contact, Linear) else getattr(scenario.contact, "exponent", 1.5)
-    if isinstance(scenario.contact, Law):
+    if isinstance(scenario.contact, ForceLaw):
         indentation = indentation_under(scenario.contact, 2.0 * force)
     else:
         indentation = (force / constant) ** (1.0 / exponent)
@@ -346,7 +346,7 @@ def law_numbers(scenario: Scenario) -> tuple[int, float]:
     """Return the law of all contacts, and its factor of hysteresis, s/m."""
     if isinstance(scenario.contact, Linear):
         return asm.PULLING if scenario.contact.bilateral else asm.STRAIGHT, 0.0
-    if isinstance(scenario.contact, Law):
+    if isinstance(scenario.contact, ForceLaw):
         return asm.OWN_RATED if scenario.contact.takes_rate else asm.OWN_FORCE, 0.0
     if isinstance(scenario.contact, ElasticPlastic):
         return asm.PLASTIC_TREADS, 0.0
@@ -382,7 +382,7 @@ def _saturation_curve(scenario: Scenario) -> FloatArray:
 def _root_constant_factor(scenario: Scenario, radius: float) -> Any:
     """Return the factor on C^(1/3) as a function of the irregularity's second derivative; None if C is constant."""
     contact = scenario.contact
-    if isinstance(contact, Linear | ElasticPlastic | Law) or not contact.follows_curvature:
+    if isinstance(contact, Linear | ElasticPlastic | ForceLaw) or not contact.follows_curvature:
         return None
     geometry = geometry_of(scenario.profiles, radius, contact.rail_radius)
     crown = 0.5 / geometry.curvature[len(geometry.shift) // 2]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from wheeltapper.describe.contact.law import Law
+from wheeltapper.describe.contact.force_law import ForceLaw
 from wheeltapper.ground.needs import OWN_LAW
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.laws.own_law import FASTEST
@@ -50,7 +50,7 @@ def beyond_plastic(contact: Any, laws: Sequence[PlasticLaw], reached: Sequence[f
     return (Note(text, "beyond the law", force / allowed, doubtful=True),)
 
 
-def beyond_table(law: Law, deepest: float, fastest: float) -> tuple[Note, ...]:
+def beyond_table(law: ForceLaw, deepest: float, fastest: float) -> tuple[Note, ...]:
     """Return notes on the largest indentation of a run, m, and on its largest rate, m/s."""
     largest = float(law.largest)
     depth = (

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from wheeltapper.describe.contact.base import Contact as Contact
     from wheeltapper.describe.contact.elastic import ElasticContact as ElasticContact
     from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic as ElasticPlastic
+    from wheeltapper.describe.contact.force_law import ForceLaw as ForceLaw
     from wheeltapper.describe.contact.hertz import Hertz as Hertz
     from wheeltapper.describe.contact.jackson_green import JacksonGreen as JacksonGreen
     from wheeltapper.describe.contact.kogut_etsion import KogutEtsion as KogutEtsion

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from wheeltapper.describe.contact.law import Law
+from wheeltapper.describe.contact.force_law import ForceLaw
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
 from wheeltapper.march.general import contract as general
@@ -66,7 +66,7 @@ class LawTable(NamedTuple):
     constant: float
 
 
-def tabulated_law(law: Law, rails: float = 1.0) -> tuple[general.Law, LawTable]:
+def tabulated_law(law: ForceLaw, rails: float = 1.0) -> tuple[general.Law, LawTable]:
     """Return one rail's part of a law for the general march, and the table of the whole."""
     table = law_table(law)
     numbers = [law.exponent, law.largest, *table.shape[:2], 0.0, 0.0, *table.shape[2:]]
@@ -79,7 +79,7 @@ def table_note(error: float) -> Note:
     return Note(text, "own law", error, doubtful=error > DOUBTFUL_TABLE)
 
 
-def flat_law(law: Law) -> tuple[FloatArray, LawTable]:
+def flat_law(law: ForceLaw) -> tuple[FloatArray, LawTable]:
     """Return the rows of one wheel's part of a law, as the wagon's march takes them, and the table of the whole.
 
     The first row holds the numbers. The others are the cells, with the work of indenting up to each of them in the last
@@ -94,7 +94,7 @@ def flat_law(law: Law) -> tuple[FloatArray, LawTable]:
     return rows, table
 
 
-def _work_before(law: Law, cells: FloatArray, shape: tuple[int, int, float, float, int, int]) -> FloatArray:
+def _work_before(law: ForceLaw, cells: FloatArray, shape: tuple[int, int, float, float, int, int]) -> FloatArray:
     """Return the work of indenting up to each cell in v at rest, J."""
     many, terms, slowest, width, bands, rate_terms = shape
     band = min(max(int(-slowest / width), 0), bands - 1)
@@ -107,7 +107,7 @@ def _work_before(law: Law, cells: FloatArray, shape: tuple[int, int, float, floa
     return np.concatenate([[0.0], np.cumsum(work)[:-1]])
 
 
-def indentation_under(law: Law, force: float) -> float:
+def indentation_under(law: ForceLaw, force: float) -> float:
     """Return the smallest indentation at which the law of a wheelset bears a force, N, at rest, m."""
     from scipy.optimize import brentq
 
@@ -121,14 +121,14 @@ def indentation_under(law: Law, force: float) -> float:
     return float(brentq(lambda depth: float(law.values(np.array([depth]), np.zeros(1))[0]) - force, *ends))
 
 
-def loss_at(law: Law, depth: float) -> float:
+def loss_at(law: ForceLaw, depth: float) -> float:
     """Return by how much of the force at rest the force changes with a rate of the indentation, s/m; its size."""
     slow, rest, fast = law.values(np.full(3, depth), ASIDE * np.array([-1.0, 0.0, 1.0]))
     return float(abs(fast - slow) / (2.0 * ASIDE * max(rest, fast, slow)))
 
 
 @lru_cache(maxsize=16)
-def law_table(law: Law) -> LawTable:
+def law_table(law: ForceLaw) -> LawTable:
     """Return the coarsest table that is exact, or the finest one that is tried.
 
     Raises
@@ -152,7 +152,7 @@ def law_table(law: Law) -> LawTable:
     return best
 
 
-def _check_exponent(law: Law) -> None:
+def _check_exponent(law: ForceLaw) -> None:
     delta = law.largest * NEAR * np.array([1.0, 2.0])
     low, high = law.values(delta, np.zeros(2))
     power = np.log2(high / low) if low > 0.0 and high > 0.0 else np.nan
@@ -163,7 +163,7 @@ def _check_exponent(law: Law) -> None:
         )  # fmt: skip
 
 
-def _along(law: Law, by_rate: bool) -> tuple[int, int]:
+def _along(law: ForceLaw, by_rate: bool) -> tuple[int, int]:
     """Return the fewest cells and terms in v, or in the rate, that are exact at some values of the other variable."""
     across, check = 0.5 + 0.5 * chebyshev.chebpts1(SLICES), chebyshev.chebpts1(CHECKS)
     cells, terms = 1, 1
@@ -184,14 +184,14 @@ def _powers(places: FloatArray, terms: int) -> FloatArray:
     return np.asarray(places[:, None] ** np.arange(terms))
 
 
-def _slices(law: Law, along: FloatArray, across: FloatArray, by_rate: bool) -> FloatArray:
+def _slices(law: ForceLaw, along: FloatArray, across: FloatArray, by_rate: bool) -> FloatArray:
     """Return N/δ^e at parts of the table's extent in v, or in the rate, and parts of the other one's."""
     v, rate = (across, along) if by_rate else (along, across)
     shares = _shares(law, v, FASTEST * (2.0 * rate - 1.0) if law.takes_rate else np.zeros(1))
     return shares.T if by_rate else shares
 
 
-def _fitted(law: Law, cells: int, bands: int, terms: int, rate_terms: int) -> LawTable:
+def _fitted(law: ForceLaw, cells: int, bands: int, terms: int, rate_terms: int) -> LawTable:
     """Return a table with some cells and bands, and polynomials of some terms."""
     slowest, width = (-FASTEST, 2.0 * FASTEST / bands) if law.takes_rate else (0.0, 1.0)
     inner, across = (chebyshev.chebpts1(n) for n in (terms, rate_terms))
@@ -213,7 +213,7 @@ def _fitted(law: Law, cells: int, bands: int, terms: int, rate_terms: int) -> La
     return LawTable(np.array([row.ravel() for row in rows]), shape, error, constant)
 
 
-def _shares(law: Law, v: FloatArray, rate: FloatArray) -> FloatArray:
+def _shares(law: ForceLaw, v: FloatArray, rate: FloatArray) -> FloatArray:
     """Return N/δ^e, (v, rate)."""
     delta, rates = np.meshgrid(law.largest * v**2, rate, indexing="ij")
     return np.asarray(law.values(delta, rates) / delta**law.exponent)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.contact.elastic import ElasticContact
+from wheeltapper.describe.contact.force_law import ForceLaw
 from wheeltapper.describe.contact.hertz import Hertz
-from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.profile.file import ProfileFile
 from wheeltapper.describe.profile.files import rail_profile, wheel_profile
@@ -105,7 +105,7 @@ def _patch_tables(
     given, power = elastic.constant_per_wheel, 2.5
     if isinstance(contact, Linear):
         given, power = 0.5 * contact.stiffness, 2.0
-    elif isinstance(contact, Law):  # its force stands in a table of its own, and here but the inclination
+    elif isinstance(contact, ForceLaw):  # its force stands in a table of its own, and here but the inclination
         given = 1.0
     constant = np.full_like(along, given) if given is not None else contact_constant(
         0.5 / along, 0.5 / across, young, poisson

@@ -70,10 +70,11 @@ def tabulated_forces(
         share, by_v, by_rate = tabulated_share(delta[k], rate[k], numbers, table)
         if delta[k] <= 0.0 or (share <= 0.0 and not rated):
             share, by_v, by_rate = 0.0, 0.0, 0.0
-        root = sqrt(max(delta[k], 0.0))
+        pressed = max(delta[k], 0.0)
+        root = sqrt(pressed)
         power = root
         if exponent != 1.5:
-            power = delta[k] ** (exponent - 1.0)
+            power = pressed ** (exponent - 1.0)
         steep = factor[k] * numbers[TABLE_FORCE] * power
         N[k] = steep * delta[k] * share
         slope[k] = steep * (exponent * share + scale * root * by_v)
