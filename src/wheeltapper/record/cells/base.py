@@ -113,7 +113,7 @@ class Cells(ABC):
     @staticmethod
     def has_tangents(scenario: Scenario, paths: Sequence[str], features: Sequence[Feature]) -> bool:
         """Return whether marches with tangents know the derivatives of some features by some fields."""
-        return True
+        return False
 
     @staticmethod
     def is_dear(path: str) -> bool:
@@ -127,7 +127,10 @@ class Cells(ABC):
 
     @abstractmethod
     def march(self, asked: Asked, threads: int, read: Callable[[Block], None], along: Sequence[str] = ()) -> None:
-        """March all cells, with tangents along some fields, and hand each block to `read`; the threads do both."""
+        """March all cells, with tangents along some fields, and hand each block to `read`; the threads do both.
+
+        Fields are given only where there are tangents.
+        """
 
     @abstractmethod
     def margins(self, losses: int, threads: int) -> FloatArray:

@@ -21,8 +21,10 @@ from wheeltapper.record.trains.rates import Along, Rates
 from wheeltapper.record.trains.trains import Trains
 
 if TYPE_CHECKING:
+    from wheeltapper.describe.scenario import Scenario
     from wheeltapper.march.wheel.ensemble import Marched
     from wheeltapper.march.wheel.gradients import Tangents
+    from wheeltapper.record.features import Feature
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -87,12 +89,18 @@ class CellsInLanes(CellsAsObjects):
     most: ClassVar[int] = 2**20
     chunk: ClassVar[int] = 32_768
 
+    @staticmethod
+    def has_tangents(scenario: Scenario, paths: Sequence[str], features: Sequence[Feature]) -> bool:
+        """Return whether marches with tangents know the derivatives of some features by some fields: of all."""
+        return True
+
     def march(self, asked: Asked, threads: int, read: Callable[[Block], None], along: Sequence[str] = ()) -> None:
         """March all cells, with tangents along some fields, and hand each block to `read`; the threads do both."""
         from wheeltapper.march.wheel.gradients import PARAMETERS, march_all
 
         if not along:
             super().march(asked, threads, read)
+            return
         self._end_at(asked.impact, asked.loss)
         for first in range(0, len(along), PARAMETERS):
             directions = [self._many.direction_along(path) for path in along[first : first + PARAMETERS]]

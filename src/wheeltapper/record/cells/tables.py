@@ -158,7 +158,7 @@ def _rates(trains: Trains, lowered: LoweredOnRails, marched: MarchedAlone, found
     by_train = np.argsort(marched.events[:, contract.EVENT_CONTACT], kind="stable")
     of_peaks = np.argsort(marched.peaks[:, contract.PEAK_CONTACT], kind="stable")
     events, peaks = found.events[by_train, :, lane], found.peaks[of_peaks, :, lane].copy()
-    peaks[:, 1] *= lowered.force
+    peaks[:, 1] *= lowered.force  # the first is the time
     cells, tally = trains.cell_count, trains.marched.impulses is not None
     impulses = np.full(len(events) if tally else 0, np.nan)
     first = 0
