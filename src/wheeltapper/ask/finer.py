@@ -57,7 +57,7 @@ def gentlest_and_growth(made: FinerRun) -> tuple[float, float]:
     """
     lowered, growth = made.lowered, 0.0
     for in_velocity in (False, True):
-        near, size = lowered.beside(made.march, in_velocity)
+        near, size = lowered.perturbed(made.march, in_velocity)
         change = near.scaled_end(run.march(near.program)) - lowered.scaled_end(made.march)
         growth = max(growth, float(np.linalg.norm(change)) / size)
     return lowered.gentlest(made.march), growth

@@ -77,7 +77,7 @@ class Case:
         self.evidence: dict[str, float] = {}
         self.struck = False  # a late strike of a healthy wheelset: only a flat can be the cause
 
-    def without(self, stretch: Stretch) -> Case:
+    def excluding(self, stretch: Stretch) -> Case:
         """Return the case of the same recording without one stretch, in which no model explains it."""
         return Case(self.whole, self.site, self._asked, self.noise, stretch)
 

@@ -143,7 +143,7 @@ def _fit_families(case: Case) -> None:
 def _explained_without_stretch(case: Case) -> Case | None:
     """Return the case without one stretch, of a recording that a model explains but for this stretch; or None."""
     for name, stretch in unexplained_stretches(case):
-        rest, best = case.without(stretch), case.fits[name].scenario
+        rest, best = case.excluding(stretch), case.fits[name].scenario
         if name in rest.faults:
             rest.fit_fault(rest.faults[name], best, rest.begins)
         else:

@@ -232,7 +232,7 @@ class DetectionFit:
 
     def _best_constant(self, most: float) -> Peak:
         """Return the most likely constant curve that is not above this probability."""
-        level, ceiling = self.likelihood.without(1), self._data_ceiling(self.ceiling)
+        level, ceiling = self.likelihood.without_column(1), self._data_ceiling(self.ceiling)
         vector, index = np.delete(self.index_row, 1), quantile(self.likelihood.link, most / self.ceiling)
         start = np.delete(self.peak.theta, 1)
         free = level.maximum_from(start, ceiling)
@@ -268,7 +268,7 @@ def likeliest_peak(likelihood: Likelihood, start: FloatArray, sizes: FloatArray,
     best = over_ceilings(
         lambda c, near: highest_peak(likelihood, c, starts if near is None else near[None, :], 1), LOWEST, 1.0
     )
-    level = likelihood.without(1).maximum_from(np.delete(start, 1), 1.0)
+    level = likelihood.without_column(1).maximum_from(np.delete(start, 1), 1.0)
     if best.value - level.value < SMALL:  # then the data do not determine the ceiling
         return Peak(level.value, np.insert(level.theta, 1, 0.0), 1.0)
     return best

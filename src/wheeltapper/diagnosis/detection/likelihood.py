@@ -86,7 +86,7 @@ class Likelihood:
         )
         return Likelihood(self.link, hits, misses, signals, value)
 
-    def without(self, column: int) -> Likelihood:
+    def without_column(self, column: int) -> Likelihood:
         """Return the likelihood with one parameter fixed at zero."""
         hits, misses, signals = (np.delete(rows, column, axis=1) for rows in (self.hits, self.misses, self.signals))
         return Likelihood(self.link, hits, misses, signals, self.offset)
@@ -197,7 +197,7 @@ def highest_peak(likelihood: Likelihood, ceiling: float, starts: FloatArray, slo
     best = max((likelihood.maximum_from(start, ceiling) for start in begins), key=lambda peak: peak.value)
     if best.theta[slope] >= 0.0:
         return best
-    level = likelihood.without(slope).maximum_from(np.delete(best.theta, slope), ceiling)
+    level = likelihood.without_column(slope).maximum_from(np.delete(best.theta, slope), ceiling)
     return Peak(level.value, np.insert(level.theta, slope, 0.0), ceiling)
 
 

@@ -162,7 +162,7 @@ def _side(
     shape = _usual_shape([(views[k], quick[k], means[:, k]) for k in counted])
     for k in counted:
         channel = several[numbers[k]].channel
-        excess[:, k], tops = views[k].largest(quick[k], means[:, k], shape)
+        excess[:, k], tops = views[k].excesses(quick[k], means[:, k], shape)
         whens[:, k] = channel.start + tops / channel.rate
     seen = np.isfinite(means[:, counted]).any(axis=1)
     mean = np.full(axles, np.nan)
@@ -281,7 +281,7 @@ class _Views:
         read = force[before] + (at - before) * (force[before + 1] - force[before])
         return np.asarray(np.where(inside, read / mean[own, None], 0.0))
 
-    def largest(self, force: FloatArray, mean: FloatArray, shape: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def excesses(self, force: FloatArray, mean: FloatArray, shape: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return by how much each force exceeds its mean with the usual shape at most, and in which sample."""
         excess, tops = np.full((2, len(mean)), np.nan)
         own = np.flatnonzero(self.there & ~self.creeps)
@@ -380,7 +380,7 @@ def _own_strikes(
     for axle in np.argsort(-strongest, kind="stable"):
         speed = abs(float(passage.speeds[axle]))
         place = passage.places[axle]
-        kept = [one for one in found[axle] if not any(other.explains(one, speed, place) for other in echoing)]
+        kept = [one for one in found[axle] if not any(other.may_cause(one, speed, place) for other in echoing)]
         if not kept:
             continue
         if turn_between(kept, radius) is not None or max(one.excess for one in kept) >= ALONE * mean[axle]:
@@ -398,7 +398,7 @@ class _Echo(NamedTuple):
     turn: float | None
     times: FloatArray
 
-    def explains(self, one: Strike, speed: float, place: float) -> bool:
+    def may_cause(self, one: Strike, speed: float, place: float) -> bool:
         """Return whether a strike at another wheel's sensor may come from this wheel, at once or turns away."""
         late = AT_ONCE + abs(place - self.place) / WAVES
         ways, near = speed * np.abs(one.time - self.times), speed * late

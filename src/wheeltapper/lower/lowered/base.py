@@ -147,7 +147,7 @@ class LoweredScenario:
         """Return the same with smaller errors of steps."""
         raise NotImplementedError
 
-    def beside(self, march: Any, in_velocity: bool) -> tuple[LoweredScenario, float]:
+    def perturbed(self, march: Any, in_velocity: bool) -> tuple[LoweredScenario, float]:
         """Return the same with a small change of the start of this march, and the size of the change, scaled."""
         raise NotImplementedError
 

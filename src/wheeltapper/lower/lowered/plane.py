@@ -180,7 +180,7 @@ class LoweredOnRails(LoweredScenario):
             return self
         return replace(self, program=task._replace(method=task.method._replace(step=SHORTER * task.method.step)))
 
-    def beside(self, march: Marched, in_velocity: bool) -> tuple[Self, float]:
+    def perturbed(self, march: Marched, in_velocity: bool) -> tuple[Self, float]:
         """Return the same with a small change of the start of this march, and the size of the change, scaled."""
         task, speeds = self.program, self.speeds(march)
         bodies, wheels = task.system.bodies, len(self.static_force)

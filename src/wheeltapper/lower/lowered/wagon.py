@@ -177,7 +177,7 @@ class LoweredWagon(LoweredScenario):
         method = track.method._replace(step=SHORTER * track.method.step)
         return replace(made, below=made.below._replace(track=track._replace(method=method)))
 
-    def beside(self, march: Marched, in_velocity: bool) -> tuple[Self, float]:
+    def perturbed(self, march: Marched, in_velocity: bool) -> tuple[Self, float]:
         """Return the same with a small change of the start of this march, and the size of the change, scaled."""
         named = zip(self.layout.displacement_places, self.layout.motions, strict=True)
         heights = [at for at, (body, motion) in named if motion == "z" and body.startswith("wheelset ")]

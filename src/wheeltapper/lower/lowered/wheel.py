@@ -95,7 +95,7 @@ class Lowered(LoweredScenario):
         """Return the same with smaller errors of steps."""
         return self._with_number(contract.TOLERANCE, FINER * float(self.program.numbers[contract.TOLERANCE]))
 
-    def beside(self, march: Marched, in_velocity: bool) -> tuple[Lowered, float]:
+    def perturbed(self, march: Marched, in_velocity: bool) -> tuple[Lowered, float]:
         """Return the same with a small change of the start of this march, and the size of the change, scaled."""
         which = contract.START_VELOCITY if in_velocity else contract.START_HEIGHT
         return self._with_number(which, float(self.program.numbers[which]) + SMALL), SMALL
