@@ -240,3 +240,11 @@ def test_a_border_over_a_void_is_where_runs_begin_to_lose_contact():
         if here < 0.0:  # the largest clearance
             lowest = record.history(rate=2e5).indentation.min()
             assert here == pytest.approx(float(lowest), rel=1e-3)
+
+
+@pytest.mark.parametrize("asked", [("force_ratio", ["vehicle.mass"]), ("impulse", False)])
+def test_what_needs_the_log_of_a_run_is_refused_where_no_log_fits(asked):
+    feature, gradient = asked
+    long = FLAT.replaced({"duration": 1e7})
+    with pytest.raises(InputError, match=r"^duration: found 1e\+07 s, .* steps or more, .*; allowed: up to about "):
+        wt.sweep(long, {"vehicle.mass": [1200.0]}, [feature], gradient=gradient, progress=False)

@@ -71,7 +71,7 @@ def _computed(asked: Study, cells: Cells, threads: int) -> ComputedCells:
                 row[..., own] = asked.by_cell(feature(trains))
         told = [
             *(Shared(note, 1) for note in block.notes),
-            *notes_of_cells(trains.notes if trains else (), asked.wheel_count),
+            *notes_of_cells(() if trains is None else trains.notes, asked.wheel_count),
         ]
         said[first] = tuple(Shared(one.note, min(one.cells, len(own))) for one in shared_notes(told))
 
@@ -82,8 +82,8 @@ def _computed(asked: Study, cells: Cells, threads: int) -> ComputedCells:
     count = progress_counter("cells", cells.count)
     cells.march(Asked.by(asked.features), threads, read_and_count, asked.gradient)
     out.trust[:] = trust_of(gentlest, out.amplification, asked.chaos_limit)
-    told = (note for _, notes in sorted(said.items()) for note in notes)
+    on_cells = (note for _, notes in sorted(said.items()) for note in notes)
     return replace(
-        out, notes=shared_notes((*cells.notes, *unknown_notes(asked, out), *told)),
+        out, notes=shared_notes((*cells.notes, *unknown_notes(asked, out), *on_cells)),
         refusals=tuple(refusals[cell] for cell in sorted(refusals)),
     )  # fmt: skip

@@ -37,12 +37,9 @@ def _lowered_wheel(scenario: Scenario, method: str) -> LoweredScenario:
 
 def _lowered_in_plane(scenario: Scenario, method: str) -> LoweredScenario:
     from wheeltapper.lower.on_rails import lower_on_rails
-    from wheeltapper.march.general.tables import longest_step
 
     lowered = lower_on_rails(scenario, method)
-    task = lowered.program
-    longest = longest_step(task.system.ring, task.method, task.system.bodies)
-    extent.check_duration(scenario, task.duration / longest, lowered.row_bytes)
+    lowered.check_room()
     return lowered
 
 

@@ -13,6 +13,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.plane import PlaneVehicle, end_name
 from wheeltapper.ground.needs import YIELDING
 from wheeltapper.ground.notes import Note
+from wheeltapper.lower import extent
 from wheeltapper.lower.contacts import Contacts
 from wheeltapper.lower.laws.plastic import PlasticLaw, patch_semi_axis
 from wheeltapper.lower.lowered.base import DECK, ElementEvents, LoweredScenario, Variables, VoidEvents, Works
@@ -34,6 +35,7 @@ from wheeltapper.march.common.program import IntArray
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.layout import ROW
+from wheeltapper.march.general.tables import longest_step
 
 if TYPE_CHECKING:
     from wheeltapper.march.general.task import Marched
@@ -210,6 +212,12 @@ class LoweredOnRails(LoweredScenario):
     def row_bytes(self) -> float:
         """Memory that each macro step takes."""
         return float(ROW.itemsize) * len(self.plane.positions)
+
+    def check_room(self) -> None:
+        """Refuse a duration whose log cannot fit in memory."""
+        task = self.program
+        longest = longest_step(task.system.ring, task.method, task.system.bodies)
+        extent.check_duration(self.scenario, task.duration / longest, self.row_bytes)
 
     @property
     def contacts(self) -> Contacts:

@@ -18,9 +18,9 @@ def named(names: str, kind: DTypeLike = np.float64) -> np.dtype[Any]:
     return np.dtype([(name, kind) for name in names.split()])
 
 
-def width(row: np.dtype[Any]) -> int:
-    """Return how many numbers such a row has."""
-    return row.itemsize // 8
+def width(kind: np.dtype[Any]) -> int:
+    """Return how many numbers a row of a type has."""
+    return kind.itemsize // 8
 
 
 def plain(rows: Rows) -> FloatArray:

@@ -493,9 +493,7 @@ def _cross(step: int, i: int, theta: float, q: int, site: Site, room: Room, even
     """Enter the next piece of the path; return a status."""
     place = site.place
     ends = site.ends
-    join = paths.enter_next_piece(
-        site.pieces, ends["begin"], ends["end"], ends["loop"], ends["join"], place,
-    )  # fmt: skip
+    join = paths.enter_next_piece(site.pieces, ends["begin"], ends["end"], ends["loop"], ends["join"], place)
     if join < 0:
         return contract.END_OF_PATH
     if join == contract.JUMP and site.law[LAW_PULLS] == 0.0:

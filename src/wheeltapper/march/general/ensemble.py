@@ -375,13 +375,9 @@ class _Block:
         length, force = (np.array([kind.units[column] for kind in self.kinds]) for column in range(2))
         when, owner, kept = self._in_order(events)
         rate = events["rate"][kept] * length[owner]
-        happened = np.column_stack([
-            when, events["kind"][kept], rate, events["contact"][kept]
-        ])  # fmt: skip
+        happened = np.column_stack([when, events["kind"][kept], rate, events["contact"][kept]])
         at, owner, kept = self._in_order(peaks)
-        tops = np.column_stack([
-            at, peaks["force"][kept] * force[owner], peaks["contact"][kept]
-        ])  # fmt: skip
+        tops = np.column_stack([at, peaks["force"][kept] * force[owner], peaks["contact"][kept]])
         durations = np.array([task.duration for task in self.tasks])
         return MarchedCells(self.lanes.status[: len(self.tasks)].copy(), durations, happened, tops)
 

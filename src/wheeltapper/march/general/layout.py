@@ -36,6 +36,7 @@ EVENT = named("step part kind rate contact")
 TREND = named("waits step part size lowest")
 """How a contact's force has gone: whether a maximum waits to be logged, where it is, the lowest force since."""
 MAXIMUM = named("step part force contact")
+"""A maximum of a contact's force."""
 
 USED = named("rows events peaks steps", np.int64)
 """Counts of the logs."""

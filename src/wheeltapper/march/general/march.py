@@ -911,8 +911,7 @@ def _found(prepared: Prepared, status: int, steps: int, duration: float, logs: L
     grid, units = prepared.grid, prepared.units
     times = grid.times(logs.events["step"] + logs.events["part"])
     events = np.column_stack([
-        times, logs.events["kind"], logs.events["rate"] * units.length,
-        logs.events["contact"],
+        times, logs.events["kind"], logs.events["rate"] * units.length, logs.events["contact"]
     ])  # fmt: skip
     tops = grid.times(logs.peaks["step"] + logs.peaks["part"])
     contact = logs.peaks["contact"]

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from wheeltapper.march import run
-from wheeltapper.record.cells.base import Cells
+
+if TYPE_CHECKING:
+    from wheeltapper.record.cells.base import Cells
 
 
 def cells_of(marcher: run.Marcher) -> type[Cells]:

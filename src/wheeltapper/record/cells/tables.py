@@ -76,6 +76,7 @@ class CellsSharingTables(Cells):
             read(_turned(block, along, lowered, marched) if along and is_whole else block)
 
         if along or asked.tally or tasks[0].memory is not None:
+            self._many.lowered(max(range(self.count), key=lambda cell: tasks[cell].duration)).check_room()
             march_alone(tasks, threads, read_cell)
         else:
             ensemble.march_all(tasks, threads, read_block, ensemble.Until(asked.impact, asked.loss))
