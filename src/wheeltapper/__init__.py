@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from wheeltapper.ask.wear import wear_in as wear_in
     from wheeltapper.describe import contact as contact
     from wheeltapper.describe import creep as creep
-    from wheeltapper.describe import irregularity, profile, vehicle
+    from wheeltapper.describe import irregularity, profile, sensor, vehicle
     from wheeltapper.describe.contact.hertz import Hertz as Hertz
     from wheeltapper.describe.contact.linear import Linear as Linear
     from wheeltapper.describe.irregularity.bump import CosineBump as CosineBump
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from wheeltapper.record.simulate import simulate as simulate
     from wheeltapper.record.store import load as load
 
-    irregularities, profiles, vehicles = irregularity, profile, vehicle
+    irregularities, profiles, sensors, vehicles = irregularity, profile, sensor, vehicle
 
 _HOMES = {
     "Corrugation": "describe.irregularity.corrugation",
@@ -98,6 +98,7 @@ _ROOMS = {
     "limits": "record.limits",
     "orbits": "orbits",
     "profiles": "describe.profile",
+    "sensors": "describe.sensor",
     "show": "show",
     "stability": "ask.stability",
     "tracks": "tracks",

@@ -4,7 +4,7 @@ The last four are described only: nothing is lowered of them, so that no suite m
 """
 
 from math import inf, pi
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -17,6 +17,9 @@ from wheeltapper.describe.creep.base import CreepLaw
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.course import Course, Harmonic, harmonic, level
 from wheeltapper.describe.noun import Damping, Inertia, Length, Mass, PositiveForce, PositiveLength, Stiffness
+from wheeltapper.describe.sensitivity import Quantity
+from wheeltapper.describe.sensor.along import AlongTrack
+from wheeltapper.describe.sensor.base import FloatArray, Seen
 from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.element import Element
@@ -158,6 +161,36 @@ class DummyTram(Vehicle):
         return PlaneVehicle(names, mass, *joined, (0.0, -self.wheelbase), (alone, alone), (), np.zeros(2))
 
 
+class DummySensor(AlongTrack):
+    """A displacement gauge of the rail between two seats, m, upwards.
+
+    Parameters
+    ----------
+    x
+        Position along the track, m.
+    """
+
+    quantity: ClassVar[Quantity] = "displacement"
+    place_words: ClassVar[str] = "x"
+    example: ClassVar[dict[str, Any]] = {"x": 0.3}
+    kind: Literal["rail displacement"] = "rail displacement"
+    x: Length
+
+    @property
+    def rail_places(self) -> tuple[float, ...]:
+        """Where it reads the rail, m."""
+        return (float(self.x),)
+
+    def extent(self, spacing: float | None) -> tuple[float, float]:
+        """Return its place twice, m."""
+        return float(self.x), float(self.x)
+
+    def true_values(self, seen: Seen) -> FloatArray:
+        """Return the displacement of the rail, m."""
+        (values,) = seen.at_places("rail_displacement")
+        return np.asarray(values)
+
+
 class DummyVehicle(Vehicle):
     """A vehicle of which nothing is lowered."""
 
@@ -188,5 +221,5 @@ class DummyElement(Element):
     example: ClassVar[dict[str, Any]] = {}
 
 
-RUN = (DummyBump, DummyPlastic, DummyPower, DummyCreep, DummyTram, dummy_feature)
+RUN = (DummyBump, DummyPlastic, DummyPower, DummyCreep, DummyTram, DummySensor, dummy_feature)
 DESCRIBED = (DummyContact, DummyTrack, DummyVehicle, DummyElement)

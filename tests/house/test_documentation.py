@@ -151,7 +151,7 @@ def test_every_public_name_has_its_place_in_the_reference() -> None:
 
 def test_the_guide_lists_what_each_room_offers_to_be_made() -> None:
     rooms = {match for page in PAGES for match in LIST.findall(page.read_text(encoding="utf-8"))}
-    assert rooms == {"contact", "creep", "features", "irregularities", "profiles", "tracks", "vehicles"}
+    assert rooms == {"contact", "creep", "features", "irregularities", "profiles", "sensors", "tracks", "vehicles"}
     for room in rooms:
         rows = room_table(getattr(wt, room).__name__)
         assert rows.count("   * - ``") >= 2

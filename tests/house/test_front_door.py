@@ -50,6 +50,7 @@ NAMES = [
     "profiles",
     "read_recording",
     "reduced",
+    "sensors",
     "show",
     "simulate",
     "stability",
@@ -69,6 +70,7 @@ ROOMS = {
     "limits",
     "orbits",
     "profiles",
+    "sensors",
     "show",
     "stability",
     "tracks",
@@ -127,7 +129,7 @@ def test_every_irregularity_and_every_track_that_a_scenario_takes_is_in_its_room
 def test_editors_read_of_each_room_what_it_offers() -> None:
     tool = runpy.run_path(str(ROOT / "tools" / "rooms.py"))
     rooms = tool["rooms"]()
-    assert len(rooms) == 7
+    assert len(rooms) == 8
     for room, path in rooms.items():
         assert path.read_text(encoding="utf-8") == tool["written"](room), "uv run python tools/rooms.py writes it"
 

@@ -28,13 +28,13 @@ class OneOf:
         """Return the noun that is given, or that a table describes."""
         if isinstance(value, self.family) and not is_abstract(type(value)):
             return value
-        return _union_of_nouns(makeable_nouns(self.family)).validator.validate_python(value)
+        return union_of_nouns(makeable_nouns(self.family)).validator.validate_python(value)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read_noun)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return handler(_union_of_nouns(makeable_nouns(self.family)).core_schema)
+        return handler(union_of_nouns(makeable_nouns(self.family)).core_schema)
 
 
 def _type_tag(value: Any) -> str | None:
@@ -42,7 +42,7 @@ def _type_tag(value: Any) -> str | None:
 
 
 @lru_cache(maxsize=32)
-def _union_of_nouns(kinds: tuple[type[Any], ...]) -> TypeAdapter[Any]:
+def union_of_nouns(kinds: tuple[type[Any], ...]) -> TypeAdapter[Any]:
     """Return what makes one of these nouns from a table."""
     union: Any = Union[tuple(Annotated[kind, Tag(kind.__name__)] for kind in kinds)]  # noqa: UP007 - of a tuple
     return TypeAdapter(Annotated[union, Discriminator(_type_tag)])

@@ -23,7 +23,7 @@ def one_line_error(error: ValidationError, root: Any, kinds: Mapping[str, Any]) 
     error
         Pydantic's error.
     root
-        The noun whose construction failed.
+        The noun that was asked for; that whose construction failed may be made of it.
     kinds
         All nouns by name.
     """
@@ -35,7 +35,7 @@ def one_line_error(error: ValidationError, root: Any, kinds: Mapping[str, Any]) 
     match first["type"]:
         case "extra_forbidden":
             name = str(location[-1])
-            allowed = with_suggestion(name, _fields_at(location, root, kinds)) or "no fields"
+            allowed = with_suggestion(name, _fields_at(location, kinds.get(error.title, root), kinds)) or "no fields"
             return InputError("", field, f"the unknown name {name!r}", allowed)
         case "missing":
             return InputError("", field, "nothing", "a value, which is required here")

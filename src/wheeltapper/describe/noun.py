@@ -101,10 +101,15 @@ class Noun(BaseModel, Shown, metaclass=NounMeta):
         if not isinstance(data, dict):
             return data
         if "type" in data and "type" not in cls.model_fields:
-            if data["type"] != cls.__name__:
-                raise InputError("", "type", repr(data["type"]), repr(cls.__name__))
+            if data["type"] not in (cls.__name__, cls._table_type()):
+                raise InputError("", "type", repr(data["type"]), repr(cls._table_type()))
             data = {name: value for name, value in data.items() if name != "type"}
         return cls._taken_by_name(data) if "name" in data and "name" not in cls.model_fields else data
+
+    @classmethod
+    def _table_type(cls) -> str:
+        """Return what is written as the `type` of a table of this kind; its own name is read as well."""
+        return cls.__name__
 
     @classmethod
     def _taken_by_name(cls, data: dict[str, Any]) -> dict[str, Any]:
@@ -122,7 +127,7 @@ class Noun(BaseModel, Shown, metaclass=NounMeta):
     def _give_type(self, handler: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:
         silent = {*getattr(self, "written_if_given", ())} - self.model_fields_set
         plain = {name: value for name, value in handler(self).items() if value is not None and name not in silent}
-        return {"type": type(self).__name__} | plain
+        return {"type": self._table_type()} | plain
 
     @property
     def needs(self) -> frozenset[Need]:

@@ -20,8 +20,9 @@ class _WithType(GenerateJsonSchema):
 
     def model_schema(self, schema: Any) -> JsonSchemaValue:
         out = super().model_schema(schema)
-        name = schema["cls"].__name__
-        out["properties"] = {"type": {"const": name}} | out.get("properties", {})
+        name = schema["cls"]._table_type()
+        names = {"const": name} if name == schema["cls"].__name__ else {"enum": [name, schema["cls"].__name__]}
+        out["properties"] = {"type": names} | out.get("properties", {})
         if name not in UNTYPED:
             out["required"] = ["type", *out.get("required", [])]
         if hasattr(schema["cls"], "published_names"):

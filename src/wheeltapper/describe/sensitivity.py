@@ -15,9 +15,16 @@ from wheeltapper.describe.table.units import plain_unit
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import unit_factor
 
-Quantity = Literal["deck acceleration", "force"]
-QUANTITIES: dict[Quantity, str] = {"deck acceleration": "acceleration", "force": "force"}
+Quantity = Literal["deck acceleration", "force", "displacement"]
+QUANTITIES: dict[Quantity, str] = {"deck acceleration": "acceleration", "force": "force", "displacement": "length"}
 """What a recording can be of, and its dimension."""
+TOLD_BY_UNIT: tuple[Quantity, ...] = ("deck acceleration", "force")
+"""Those that follow from a unit alone. A length may be anything: it is a displacement only where one is asked for."""
+WRITTEN: dict[Quantity, str] = {
+    "deck acceleration": '"g", "10 g", "100 mV/g"', "force": '"kN", "1.3 kN", "250 kN/V"',
+    "displacement": '"mm", "0.1 mm", "5 mm/V"',
+}  # fmt: skip
+"""Units of each, for messages."""
 ALLOWED = "m/s^2, g (acceleration), N, kN, kip, lbf (force), or one of these per V, mV, mV/V, um/m"
 """Units that a recording may have, for messages."""
 Output = Literal["voltage", "ratio", "strain"]
@@ -71,17 +78,20 @@ class Meaning(NamedTuple):
     output: Output | None = None
 
 
-def quantity_of(unit: str) -> tuple[Quantity, float] | None:
-    """Return the quantity and the SI value of a unit such as "g", "10 g" or "-0.5 kN"; None for any other text."""
+def quantity_of(unit: str, asked: Quantity | None = None) -> tuple[Quantity, float] | None:
+    """Return the quantity and the SI value of a unit such as "g", "10 g" or "-0.5 kN"; None for any other text.
+
+    `asked` is the quantity that is looked for.
+    """
     match = _NUMBER.fullmatch(unit.strip())
     number, text = (float(match[1]), plain_unit(match[2])) if match else (1.0, plain_unit(unit))
     if text == "mg":  # in files of accelerometers never milligrams
         return "deck acceleration", number * 1e-3 * unit_factor("g", "acceleration")
     if not text or text == "-":
         return None
-    for quantity, dimension in QUANTITIES.items():
+    for quantity in dict.fromkeys((*TOLD_BY_UNIT, *([asked] if asked else []))):
         try:
-            return quantity, number * unit_factor(text, dimension)
+            return quantity, number * unit_factor(text, QUANTITIES[quantity])
         except ValueError:
             continue
     return None
@@ -93,7 +103,7 @@ def output_of(unit: str) -> tuple[Output, float] | None:
     return next(((output, units[text]) for output, units in OUTPUTS.items() if text in units), None)
 
 
-def meaning_of(unit: object) -> Meaning:
+def meaning_of(unit: object, asked: Quantity | None = None) -> Meaning:
     """Return what a unit says of the numbers in a file: "kN", "1.3 kN", "250 kN/V", "100 mV/g".
 
     Raises
@@ -101,23 +111,23 @@ def meaning_of(unit: object) -> Meaning:
     InputError
         If it says nothing of that kind.
     """
-    found = _meaning(unit) if isinstance(unit, str) else None
+    found = _meaning(unit, asked) if isinstance(unit, str) else None
     if found is None or not 0.0 < abs(found.factor) < float("inf"):
         raise InputError("", "unit", value_text(unit), f'{ALLOWED}; as "kN", "1.3 kN", "250 kN/V", "100 mV/g"')
     return found
 
 
-def _meaning(unit: str) -> Meaning | None:
+def _meaning(unit: str, asked: Quantity | None) -> Meaning | None:
     for slash in (match.start() for match in re.finditer("/", unit)):
         left, right = unit[:slash].strip(), unit[slash + 1 :].strip()
-        measured, output = quantity_of(left), output_of(right)
+        measured, output = quantity_of(left, asked), output_of(right)
         if measured is not None and output is not None:
             return Meaning(measured[0], measured[1] / output[1], output[0])
         match = _NUMBER.fullmatch(left)
-        output, measured = output_of(match[2]) if match else output_of(left), quantity_of(right)
+        output, measured = output_of(match[2]) if match else output_of(left), quantity_of(right, asked)
         if measured is not None and output is not None and (number := float(match[1]) if match else 1.0):
             return Meaning(measured[0], measured[1] / (number * output[1]), output[0])
-    own = quantity_of(unit)
+    own = quantity_of(unit, asked)
     return None if own is None else Meaning(*own)
 
 

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BeforeValidator, ConfigDict, Field, field_serializer, field_validator, model_validator
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    SerializeAsAny,
+    field_serializer,
+    field_validator,
+    model_validator,
+)
 
 from wheeltapper.describe.noun import Noun, PositiveLength, Share, Spread
 from wheeltapper.describe.paths import changed_values, value_at
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table, write_toml
-from wheeltapper.describe.sensor import DECK, Sensor
+from wheeltapper.describe.sensor.along import AlongTrack, AtSeat
+from wheeltapper.describe.sensor.base import DECK
+from wheeltapper.describe.sensor.deck_acceleration import DeckAcceleration
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
 from wheeltapper.march import run
@@ -26,10 +37,16 @@ def _none_or_given(value: Any) -> Any:
 def _complete_schema(schema: dict[str, Any]) -> None:
     """Say in the schema what a file may hold: sensors in a list, and either a passage or sensors."""
     one, several = schema["properties"]["sensor"], schema["properties"]["sensors"]
-    schema["properties"]["sensor"] = {"anyOf": [{"$ref": several["items"]["$ref"]}, several]} | (
-        {"description": one["description"]} if "description" in one else {}
-    )
+    deck = {"$ref": one["$ref"]}
+    schema["properties"]["sensor"] = {
+        "anyOf": [deck, {"type": "array", "items": {"anyOf": [deck, several["items"]]}}]
+    } | ({"description": one["description"]} if "description" in one else {})
     schema["anyOf"] = [{"required": ["passage"]}, {"required": ["sensor"]}, {"required": ["sensors"]}]
+
+
+def _kinds_of(sensors: Sequence[Any]) -> list[Any]:
+    """Return the kinds of sensors, made or in tables."""
+    return [one.get("kind", DECK) if isinstance(one, dict) else getattr(one, "kind", DECK) for one in sensors]
 
 
 class Site(Noun):
@@ -70,8 +87,8 @@ class Site(Noun):
         passage: Scenario  # `as_site` refuses a site without it, so that only `as_any_site` returns such
     else:
         passage: Scenario | None = None
-    sensor: Sensor = Sensor()
-    sensors: tuple[Sensor, ...] = ()
+    sensor: DeckAcceleration = DeckAcceleration()
+    sensors: tuple[SerializeAsAny[AlongTrack], ...] = ()
     spacing: PositiveLength | None = None
     radius: PositiveLength | None = None
     uncertainty: dict[str, Share] = Field(default_factory=dict)
@@ -83,13 +100,18 @@ class Site(Noun):
     @classmethod
     def _sort_sensors(cls, data: Any) -> Any:
         """Tell the deck's sensor from those of the track, where a file lists them together."""
-        if not isinstance(data, dict) or not isinstance(data.get("sensor"), list | tuple):
+        if not isinstance(data, dict):
             return data
-        if data.get("sensors"):
+        along = data.get("sensors")
+        kinds = _kinds_of(along) if isinstance(along, list | tuple) else []
+        if DECK in kinds:
+            allowed = "a kind along the track; the deck's sensor is `sensor`"
+            raise InputError("", f"sensors.{kinds.index(DECK)}.kind", repr(DECK), allowed)
+        if not isinstance(data.get("sensor"), list | tuple):
+            return data
+        if along:
             raise InputError("", "sensors", "more sensors besides a list of them in `sensor`", "one list")
-        kinds = [
-            one.get("kind", DECK) if isinstance(one, dict) else getattr(one, "kind", DECK) for one in data["sensor"]
-        ]
+        kinds = _kinds_of(data["sensor"])
         decks = [one for one, kind in zip(data["sensor"], kinds, strict=True) if kind == DECK]
         if len(decks) > 1:
             raise InputError("", "sensor", f"{len(decks)} sensors of the kind {DECK!r}", "one, on the deck")
@@ -110,9 +132,7 @@ class Site(Noun):
     def _check_sensors(self) -> Site:
         names = [one.name for one in self.sensors]
         for number, one in enumerate(self.sensors):
-            if one.kind == DECK:
-                raise InputError("", f"sensors.{number}.kind", repr(DECK), "a force; the deck's sensor is `sensor`")
-            if one.seat is not None and self.spacing is None:
+            if isinstance(one, AtSeat) and one.seat is not None and self.spacing is None:
                 raise InputError("", "spacing", f"none, with a sensor at seat {one.seat}", "the distance of the seats")
             if not one.name or names.count(one.name) > 1:
                 found = f"{names.count(one.name)} sensors with the name {one.name!r}" if one.name else "no name"

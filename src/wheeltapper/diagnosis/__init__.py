@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from wheeltapper.ground.lazily import lazily
 
 if TYPE_CHECKING:
-    from wheeltapper.describe.sensor import Sensor as Sensor
+    from wheeltapper.describe.sensor.base import Sensor as Sensor
     from wheeltapper.describe.site import Site as Site
     from wheeltapper.diagnosis.detection.hit_miss import hit_miss as hit_miss
     from wheeltapper.diagnosis.detection.roc import false_calls as false_calls
@@ -46,7 +46,7 @@ _HOMES = {
     "Neighbour": "diagnosis.site.neighbours",
     "Prior": "diagnosis.inference.problem",
     "Recording": "record.recordings.recording",
-    "Sensor": "describe.sensor",
+    "Sensor": "describe.sensor.base",
     "Site": "describe.site",
     "assess": "diagnosis.performance",
     "blind_shares": "diagnosis.wayside.seen",

@@ -16,7 +16,6 @@ from wheeltapper.diagnosis.faults.base import CATALOGUE, LOAD, Fault, fault_name
 from wheeltapper.diagnosis.inference.estimate import LOUD, onset, priors_of, site_at_speed
 from wheeltapper.diagnosis.inference.fitting import Fit, fit_over_windows
 from wheeltapper.diagnosis.inference.problem import SURE, Exit, FitProblem, Prior, values_of
-from wheeltapper.diagnosis.inference.sensing import filtered
 from wheeltapper.diagnosis.inference.timing import timed, zero_of
 from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.arguments import as_list
@@ -166,7 +165,7 @@ class Case:
         """Return when the deck moves in the stated passage, s after its time zero; infinite if not before `end`."""
         times = np.arange(1, int(max(end, 0.0) * self.recording.rate) + 2) / self.recording.rate
         found = values_of(self.stated.passage.replaced({"duration": float(times[-1])}), times)
-        shown = np.empty(0) if found is None else filtered(found, self.site.sensor)
+        shown = np.empty(0) if found is None else self.site.sensor.filtered(found)
         loud = np.flatnonzero(np.abs(shown) > LOUD * self.noise)
         return float(times[loud[0]]) if len(loud) else np.inf
 

@@ -48,7 +48,6 @@ from wheeltapper.diagnosis.inference.fitting import (
 )
 from wheeltapper.diagnosis.inference.problem import Prior
 from wheeltapper.diagnosis.inference.search import misfit, ranked
-from wheeltapper.diagnosis.inference.sensing import drifted, filtered
 from wheeltapper.diagnosis.inference.timing import untimed, zero_of
 from wheeltapper.diagnosis.measured import Forces, forces_with_unexplained, measured_forces
 from wheeltapper.ground.arguments import as_quantity
@@ -321,7 +320,7 @@ def _model_forces(case: Case, fit: Fit) -> tuple[Forces, FloatArray]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)  # what is implausible is in the notes of the finding
         record = simulate(untimed(fit.scenario).replaced({"duration": float(own[-1])}))
-    shown = drifted(filtered(record.at(own).deck_acceleration.values, sensor), times, sensor)
+    shown = sensor.drifted(sensor.filtered(record.at(own).deck_acceleration.values), times)
     largest = float(record.peaks.normal_force.max()) if record.peaks.sizes["peak"] else record.static_force
     impacts = record.impacts.sizes["impact"]
     return Forces(float(fit.scenario.speed), record.static_force, largest, impacts, "model", notes=record.notes), shown

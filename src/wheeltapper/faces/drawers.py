@@ -29,7 +29,7 @@ KINDS = {
     "describe.irregularity.base.Irregularity": Drawer("irregularities.draw_irregularity"),
     "describe.profile.wheel_rail.Profiles": Drawer("profiles.draw_profiles"),
     "describe.scenario.Scenario": Drawer("scenarios.draw_scenario"),
-    "describe.sensor.Sensor": Drawer("sites.draw_sensor"),
+    "describe.sensor.base.Sensor": Drawer("sites.draw_sensor"),
     "describe.site.Site": Drawer("sites.draw_site"),
     "describe.track.anomaly.Anomaly": Drawer("supports.draw_anomaly"),
     "describe.track.deck.FloatingDeck": Drawer("supports.draw_deck"),

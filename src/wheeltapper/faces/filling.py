@@ -77,7 +77,7 @@ def wear(scenario: wt.Scenario, method: Method) -> None:
 
 def diagnosis(scenario: wt.Scenario, method: Method) -> None:
     """Ask what a diagnosis asks: a recording and its derivatives."""
-    site = wt.diagnosis.Site(passage=scenario, sensor=wt.diagnosis.Sensor(rate=20e3, noise=6.66e-4))
+    site = wt.diagnosis.Site(passage=scenario, sensor=wt.sensors.DeckAcceleration(rate=20e3, noise=6.66e-4))
     wt.synthesise(site, vary=False)
     wt.diagnosis.information(site, [mass_of(scenario)])
 

@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wheeltapper.describe.sensor import AT_A_SEAT, DECK, Sensor
+from wheeltapper.describe.registry import makeable_nouns
+from wheeltapper.describe.sensor.along import AlongTrack, AtSeat
+from wheeltapper.describe.sensor.base import Sensor
+from wheeltapper.describe.sensor.deck_acceleration import DeckAcceleration
 from wheeltapper.describe.site import Site
 from wheeltapper.faces.panels import BLUE, COLOURS, RED, legend_above, panels
 from wheeltapper.faces.scenarios import draw_path
@@ -15,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-KINDS = ("contact force", "rail shear force", "pad force", "sleeper force")
 HIGHEST = 0.5
 """The highest frequency that is drawn, over the rate of samples."""
 
@@ -37,16 +39,13 @@ def draw_site(site: Site) -> Figure:
     return figure
 
 
-def _draw_places(axis: Axes, sensors: tuple[Sensor, ...], spacing: float | None) -> None:
+def _draw_places(axis: Axes, sensors: tuple[AlongTrack, ...], spacing: float | None) -> None:
     """Draw each sensor in the row of its rail."""
     rails = list(dict.fromkeys(sensor.side or "both rails" for sensor in sensors))
     for sensor in sensors:
-        row, colour = rails.index(sensor.side or "both rails"), COLOURS[KINDS.index(sensor.kind)]
+        row, colour = rails.index(sensor.side or "both rails"), _colour_of(sensor)
         label = None if sensor.kind in axis.get_legend_handles_labels()[1] else sensor.kind
-        if sensor.kind in AT_A_SEAT:
-            ends = [float(sensor.x) if sensor.x is not None else float(spacing or 0.0) * int(sensor.seat or 0)] * 2
-        else:
-            ends = [float(sensor.x1 or 0.0), float(sensor.x2 or 0.0)]
+        ends = sensor.extent(spacing)
         axis.plot(ends, [row, row], "s-", color=colour, linewidth=4.0, markersize=5, label=label)
         axis.annotate(sensor.name, (0.5 * sum(ends), row), (0, 7), textcoords="offset points", ha="center", fontsize=7)
     axis.set_yticks(range(len(rails)), rails)
@@ -54,14 +53,19 @@ def _draw_places(axis: Axes, sensors: tuple[Sensor, ...], spacing: float | None)
     legend_above(axis, 4)
 
 
-def _sensor_words(sensor: Sensor) -> str:
+def _colour_of(sensor: AlongTrack) -> str:
+    kinds = [kind.__name__ for kind in makeable_nouns(AlongTrack)]
+    return COLOURS[kinds.index(type(sensor).__name__) % len(COLOURS)]
+
+
+def _sensor_words(sensor: DeckAcceleration) -> str:
     said = [f"{sensor.rate / 1e3:g} kHz"]
     said += [] if sensor.cutoff is None else [f"filter of order {sensor.order} at {sensor.cutoff / 1e3:g} kHz"]
     said += [] if sensor.range is None else [f"range ± {sensor.range:g} m/s²"]
     return ", ".join(said)
 
 
-def _draw_response(axis: Axes, sensor: Sensor) -> None:
+def _draw_response(axis: Axes, sensor: DeckAcceleration) -> None:
     """Draw what the filter before the converter lets through: Butterworth's 1/√(1 + (f/f_c)^2n)."""
     frequency = np.geomspace(1.0, HIGHEST * sensor.rate, 300)
     cutoff = np.inf if sensor.cutoff is None else sensor.cutoff
@@ -76,16 +80,16 @@ def _draw_response(axis: Axes, sensor: Sensor) -> None:
 def draw_sensor(sensor: Sensor) -> Figure:
     """Draw what a deck's sensor lets through, or the place of a sensor on the track."""
     figure, (axis,) = panels(1, 3.5)
-    if sensor.kind == DECK:
+    if isinstance(sensor, DeckAcceleration):
         _draw_response(axis, sensor)
         figure.suptitle(f"sensor of the deck: {_sensor_words(sensor)}", x=0.02, ha="left")
-    elif sensor.seat is not None:
-        axis.plot([sensor.seat], [0], "s", color=COLOURS[KINDS.index(sensor.kind)], label=sensor.kind)
+        return figure
+    if isinstance(sensor, AtSeat) and sensor.seat is not None:
+        axis.plot([sensor.seat], [0], "s", color=_colour_of(sensor), label=sensor.kind)
         axis.set_yticks([0], [sensor.side or "both rails"])
         axis.set(xlabel="seat [number]", xlim=(sensor.seat - 4, sensor.seat + 4), ylim=(0.5, -0.6))
         legend_above(axis)
-        figure.suptitle(f"sensor {sensor.name}", x=0.02, ha="left")
-    else:
+    elif isinstance(sensor, AlongTrack):
         _draw_places(axis, (sensor,), None)
-        figure.suptitle(f"sensor {sensor.name}", x=0.02, ha="left")
+    figure.suptitle(f"sensor {sensor.name}", x=0.02, ha="left")
     return figure

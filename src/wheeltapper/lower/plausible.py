@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import ChainMap
 from collections.abc import Iterator, Mapping
 from math import log, sqrt
 from typing import Any, NamedTuple
@@ -237,13 +238,16 @@ USUAL: dict[str, dict[str, Usual]] = {
         "spacing": SEATS["spacing"], "radius": WHEEL_RADIUS, "misfit": Usual("number", "", (0.001, 0.3), 0.0, 1),
         "trigger": Usual("time", "ms", (0.001, 10), 0.0, 1000),
     },
-    "Sensor": {
-        "x": Usual("length", "m", (0.1, 50), 0.0, 1000), "x1": Usual("length", "m", (0.1, 50), 0.0, 1000),
+    "Sensor": {"rate": Usual("frequency", "kHz", (0.2, 200), 0.02, 2000)},
+    "AtSeat": {"x": Usual("length", "m", (0.1, 50), 0.0, 1000)},
+    "BetweenPlaces": {"x1": Usual("length", "m", (0.1, 50), 0.0, 1000)},
+    "AlongTrack": {
         "gain": Usual("number", "", (0.8, 1.25), 0.08, 2.4, (
             (1.7, 2.4, WHEEL_FOR_AXLE), (0.08, 0.6, AXLE_FOR_WHEEL), (400, 2500, KN_FOR_N), (4e-4, 2.5e-3, N_FOR_KN),
         )),
         "gain_uncertainty": Usual("number", "", (0.001, 0.2), 0.0, 0.5),
-        "rate": Usual("frequency", "kHz", (0.2, 200), 0.02, 2000),
+    },
+    "DeckAcceleration": {
         "noise": Usual("acceleration noise density", "m/s^2/sqrt(Hz)", (1e-6, 0.1), 0.0, 10),
         "range": Usual("acceleration", "m/s^2", (5, 1e4), 0.05, 1e6),
         "cutoff": Usual("frequency", "Hz", (5, 2e4), 0.5, 1e6),
@@ -279,12 +283,9 @@ def site_notes(site: Site) -> tuple[Note, ...]:
     for number, sensor in enumerate(site.sensors):
         where = f"sensors.{number}"
         own = [*_doubtful_numbers(where, sensor)]
-        if (
-            sensor.x1 is not None
-            and sensor.x2 is not None
-            and not is_plausible(sensor.x2 - sensor.x1, LENGTH_OF_SENSOR)
-        ):
-            own.append((f"the length of {where}", sensor.x2 - sensor.x1, LENGTH_OF_SENSOR))
+        begins, ends = sensor.ends or (0.0, 1.0)
+        if not is_plausible(ends - begins, LENGTH_OF_SENSOR):
+            own.append((f"the length of {where}", ends - begins, LENGTH_OF_SENSOR))
         for one in own:
             fields.setdefault(re.sub(r"\d+", "", one[0]), []).append(one)
     for several in fields.values():
@@ -307,7 +308,7 @@ def implausible_cells(scenario: Scenario, changed: Mapping[str, FloatArray], cel
     nouns = dict(_judged_nouns(scenario))
     for path, name in fields.items():
         where, _, field = name.rpartition(".")
-        usual = USUAL.get(type(nouns.get(where)).__name__, {}).get(field)
+        usual = _usual(nouns.get(where)).get(field)
         if usual is None:
             continue
         doubted = changed[path][~is_plausible(changed[path], usual)].tolist()
@@ -351,12 +352,17 @@ def _and_what_it_repeats(where: str, item: Irregularity) -> Iterator[tuple[str, 
 
 def _doubtful_numbers(where: str, noun: Noun) -> Iterator[tuple[str, float, Usual]]:
     """Return the fields of a noun that hold an implausible number, with the first of these."""
-    for field, usual in USUAL.get(type(noun).__name__, {}).items():
+    for field, usual in _usual(noun).items():
         given = getattr(noun, field)
         values = given if isinstance(given, tuple) else () if given is None else (given,)
         value = next((value for value in values if not is_plausible(value, usual)), None)
         if value is not None:
             yield (f"{where}.{field}" if where else field), value, usual
+
+
+def _usual(noun: Noun | None) -> Mapping[str, Usual]:
+    """Return what is usual for the fields of a noun, its own and those of what it is made of."""
+    return ChainMap(*(USUAL.get(kind.__name__, {}) for kind in type(noun).__mro__))
 
 
 def _implausible_span(where: str, noun: Noun, end: float) -> Iterator[tuple[str, float, Usual]]:

@@ -33,6 +33,10 @@ from wheeltapper.record.outcomes import OUTCOMES
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wheeltapper.describe.sensor.base import Sensor
+    from wheeltapper.describe.site import Site
+    from wheeltapper.record.recordings.recording import Recording
+
 FloatArray = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
 
@@ -318,6 +322,33 @@ class Record(Shown):
         from wheeltapper.record.track import track
 
         return track(self, rate, rail, seat)
+
+    def recordings(self, sensors: Site | Sensor | Sequence[Sensor], seed: int | None = None) -> dict[str, Recording]:
+        """Return what sensors would have recorded of the run, from its start to its end.
+
+        Parameters
+        ----------
+        sensors
+            A site, whose sensors along the track are simulated, and that of its deck if the run has a deck; or one
+            sensor or several. They are on the track of the run: places are those of the scenario. Below a wagon each
+            has a `side`; below other vehicles both rails are alike.
+        seed
+            Of the noise of a deck's sensor. By default there is none.
+
+        Returns
+        -------
+        dict
+            A `Recording` for each sensor, by its name, or its kind if it has none, as `diagnosis.measure_trains` and
+            `diagnose` take them. A force is the true one times the sensor's gain.
+
+        Raises
+        ------
+        InputError
+            If the track of the run has nothing that a sensor reads, or no seat where it is.
+        """
+        from wheeltapper.record.recordings.simulated import recordings
+
+        return recordings(self, sensors, seed)
 
     @cached_property
     def _sample_columns(self) -> int:

@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wheeltapper.describe.sensor import Sensor
+from wheeltapper.describe.sensor.deck_acceleration import DeckAcceleration
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.diagnosis.detection.roc import number_or_array
@@ -179,20 +179,19 @@ def imitation(site: Site | str | Path, frequencies: ArrayLike) -> NDArray[np.com
         return np.asarray(1.0 / _force_over_inertia(_site_deck(site), f))
 
 
-def noise_of(recording: Recording, sensor: Sensor) -> float:
+def noise_of(recording: Recording, sensor: DeckAcceleration) -> float:
     """Return the standard deviation of the samples' noise, m/s²: that of the sensor, or one estimated from the samples.
 
     The estimate is the median of the modulus of the sixth differences, which contain hardly any signal, scaled.
     """
-    step = 0.0 if sensor.range is None or sensor.bits is None else 2.0 * sensor.range / 2**sensor.bits
     if sensor.noise > 0.0:
-        return float(sqrt(sensor.noise**2 * recording.rate / 2.0 + step**2 / 12.0))
+        return float(sqrt(sensor.noise**2 * recording.rate / 2.0 + sensor.step**2 / 12.0))
     differences = np.diff(np.where(recording.clipped, np.nan, recording.samples), ORDER)
     differences = differences[np.isfinite(differences)]
     if len(differences) == 0:
-        return float(step / sqrt(12.0))
+        return float(sensor.step / sqrt(12.0))
     gain = sqrt(factorial(2 * ORDER)) / factorial(ORDER)
-    return float(max(NORMAL * np.median(np.abs(differences)) / gain, step / sqrt(12.0)))
+    return float(max(NORMAL * np.median(np.abs(differences)) / gain, sensor.step / sqrt(12.0)))
 
 
 # -- methods ----------------------------------------------------------------------------------------------------------
@@ -317,7 +316,7 @@ def _sample_notes(recording: Recording) -> tuple[str, ...]:
 
 
 def _recorded_force(recording: Recording) -> Force:
-    deviation = np.full(len(recording.samples), noise_of(recording, Sensor()))
+    deviation = np.full(len(recording.samples), noise_of(recording, DeckAcceleration()))
     deviation[recording.clipped] = np.inf
     deviation[np.isnan(recording.samples)] = np.nan
     note = "the recording is one of the force, and is passed on as it is"
@@ -355,7 +354,7 @@ def _force_over_inertia(deck: FloatingDeck, f: FloatArray) -> NDArray[np.complex
     return np.asarray(1.0 - deck.stiffness / (inertia * 2.0 * pi * f) - 1j * deck.damping / inertia)
 
 
-def _filter_delay(sensor: Sensor) -> float:
+def _filter_delay(sensor: DeckAcceleration) -> float:
     """Return the delay, s, of the sensor's Butterworth filter at low frequencies."""
     if sensor.cutoff is None:
         return 0.0

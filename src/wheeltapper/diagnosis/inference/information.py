@@ -23,11 +23,10 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.base import PLACES
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.sensor import Sensor
+from wheeltapper.describe.sensor.deck_acceleration import DeckAcceleration
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.diagnosis.inference.passages import PassageMotion, Passages
 from wheeltapper.diagnosis.inference.problem import number_at
-from wheeltapper.diagnosis.inference.sensing import filtered
 from wheeltapper.ground.arguments import as_count, as_list, as_names, as_quantities, as_quantity, check_choice
 from wheeltapper.ground.errors import ComputationError, InputError, value_text
 from wheeltapper.ground.quantities import to_si
@@ -220,7 +219,7 @@ class Plan:
     paths: tuple[str, ...]
     groups: dict[str, tuple[str, ...]]
     beliefs: FloatArray
-    sensor: Sensor
+    sensor: DeckAcceleration
     trigger: float
     spread: float
 
@@ -231,9 +230,8 @@ class Plan:
     ) -> Plan:  # fmt: skip
         """Return the plan; refuse wrong arguments."""
         sensor = site.sensor.model_copy(update={"rate": float(rate or site.sensor.rate)})
-        step = 0.0 if sensor.range is None or sensor.bits is None else 2.0 * sensor.range / 2**sensor.bits
         density = sensor.noise if noise is None else noise / np.sqrt(0.5 * site.sensor.rate)
-        spread = float(np.hypot(density * np.sqrt(0.5 * sensor.rate), step / np.sqrt(12.0)))
+        spread = float(np.hypot(density * np.sqrt(0.5 * sensor.rate), sensor.step / np.sqrt(12.0)))
         if not spread > 0.0:
             raise InputError("", "sensor.noise", f"{sensor.noise:g}", "a positive density, m/s²/√Hz, or noise = …")
         for path in (*parameters, *(path for group in together for path in group)):
@@ -293,9 +291,9 @@ class Plan:
 
     def _filtered_slopes(self, found: PassageMotion) -> list[FloatArray]:
         """Return the derivatives behind the sensor's filter; zero where samples are clipped."""
-        seen = filtered(found.deck_acceleration, self.sensor) + self.sensor.offset
+        seen = self.sensor.filtered(found.deck_acceleration) + self.sensor.offset
         lost = np.zeros(len(seen), dtype=bool) if self.sensor.range is None else np.abs(seen) >= self.sensor.range
-        return [np.where(lost, 0.0, filtered(row, self.sensor)) for row in found.slopes]
+        return [np.where(lost, 0.0, self.sensor.filtered(row)) for row in found.slopes]
 
 
 def _place_fields(scenario: Scenario) -> tuple[str, ...]:

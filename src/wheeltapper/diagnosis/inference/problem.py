@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from wheeltapper.ask.motion import motion_at
 from wheeltapper.ask.trajectory import is_derivable, trajectory
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.sensor import Sensor
-from wheeltapper.diagnosis.inference.sensing import drifted, filtered
+from wheeltapper.describe.sensor.deck_acceleration import DeckAcceleration
 from wheeltapper.diagnosis.inference.timing import TIME_ZERO, TimedPassage, timed, zero_of
 from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.errors import InputError
@@ -180,8 +179,8 @@ class FitProblem:
     """
 
     def __init__(
-        self, recording: Recording, sensor: Sensor, noise: float, start: Scenario, priors: Mapping[str, Prior],
-        scale: Scale | None = None, exit: Exit | None = None,
+        self, recording: Recording, sensor: DeckAcceleration, noise: float, start: Scenario,
+        priors: Mapping[str, Prior], scale: Scale | None = None, exit: Exit | None = None,
     ) -> None:  # fmt: skip
         self.scale, self.exit = scale or Scale(start), exit
         if TIME_ZERO in priors and not isinstance(start, TimedPassage):
@@ -252,7 +251,7 @@ class FitProblem:
         begin = max(first - int(FORGOTTEN * self.recording.rate / (self.sensor.cutoff or np.inf)), 0)
         times = self.times[begin:count]
         found = values_of(self.model_until(model, count), times)
-        return None if found is None else drifted(filtered(found, self.sensor), times, self.sensor)[first - begin :]
+        return None if found is None else self.sensor.drifted(self.sensor.filtered(found), times)[first - begin :]
 
     def residuals(self, at: FloatArray, count: int) -> FloatArray | None:
         """Return model less recording for the first `count` samples, m/s²; None if the model cannot be computed."""
@@ -279,7 +278,7 @@ class FitProblem:
             if found is None:
                 return None
             per = np.where(self.linear, self.widths, self.parameter_values(at))
-            shown = np.array([filtered(row, self.sensor) for row in found]).reshape(len(per), count)
+            shown = np.array([self.sensor.filtered(row) for row in found]).reshape(len(per), count)
             self._slopes = at.copy(), np.where(self._residuals[2][:count], shown * per[:, None], 0.0).T
         return self._slopes[1][:count]
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
-from wheeltapper.diagnosis.inference.sensing import OVERSAMPLED, converted, drifted, filtered
 from wheeltapper.diagnosis.inference.timing import TIME_ZERO
 from wheeltapper.diagnosis.site.neighbours import Condition, Neighbour, Others, deck_motion, neighbours_of
 from wheeltapper.ground.arguments import as_count, as_list, as_quantity, as_table, check_flag, check_text
@@ -275,14 +274,10 @@ def _synthetic_recording(
     zero = truth.get(TIME_ZERO, 0.0)
     count = int(np.floor((deck.end + zero) * sensor.rate * (1.0 + 1e-12))) + 1
     times = np.arange(count) / sensor.rate
-    if sensor.cutoff is None:
-        samples = deck.at(times - zero)
-    else:
-        finer = np.arange((count - 1) * OVERSAMPLED + 1) / (sensor.rate * OVERSAMPLED)
-        samples = filtered(deck.at(finer - zero), sensor, OVERSAMPLED)
     spread = sensor.noise * np.sqrt(0.5 * sensor.rate) if noise is None else noise
-    samples = drifted(samples + spread * random.standard_normal(count), times, sensor)
-    samples, clipped = converted(samples, sensor)
+    samples, clipped = sensor.recorded(
+        lambda at: deck.at(at - zero), times, spread * random.standard_normal(count)
+    )  # fmt: skip
     return Recording(
         samples, float(sensor.rate), clipped=clipped, speed=speed, source=f"synthetic: {truth['label']}", truth=truth
     )

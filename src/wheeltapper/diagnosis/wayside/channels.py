@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.sensor import Sensor
+from wheeltapper.describe.sensor.along import AlongTrack
 from wheeltapper.describe.site import Site, as_any_site
 from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.diagnosis.alarms import PEAKS
@@ -44,7 +44,7 @@ class Channel:
         Where there were none, or they are clipped.
     """
 
-    sensor: Sensor
+    sensor: AlongTrack
     place: float
     length: float
     rate: float
@@ -108,13 +108,13 @@ def read_channels(
     ]
     wanted = {
         one.name: Wanted(
-            "force", one.unit, one.rate if "rate" in one.model_fields_set else None, one.bridge, one.column
+            one.quantity, one.unit, one.rate if "rate" in one.model_fields_set else None, one.bridge, one.column
         )
         for one in _sensors_of(site)
     }
     deck = site.sensor.name if site.passage is not None else ""
     if deck:
-        wanted[deck] = Wanted("deck acceleration", None, site.sensor.rate)
+        wanted[deck] = Wanted(site.sensor.quantity, None, site.sensor.rate, column=site.sensor.column)
     found: dict[str, Recording] = {}
     columns = []
     for path in paths:
@@ -129,7 +129,7 @@ def read_channels(
     return found
 
 
-def _check_enough(sensors: Sequence[Sensor], found: Mapping[str, Any], source: str = "", columns: str = "") -> None:
+def _check_enough(sensors: Sequence[AlongTrack], found: Mapping[str, Any], source: str = "", columns: str = "") -> None:
     """Refuse recordings of less than half of the sensors: a single one that is lost costs its channel alone."""
     lost = [one.name for one in sensors if one.name not in found]
     if 2 * len(lost) > len(sensors):
@@ -138,39 +138,52 @@ def _check_enough(sensors: Sequence[Sensor], found: Mapping[str, Any], source: s
         raise InputError(source, "sensor.name", what, f"a column or a file for each sensor{columns}")
 
 
-def _sensors_of(site: Site) -> tuple[Sensor, ...]:
+def _sensors_of(site: Site) -> tuple[AlongTrack, ...]:
     if not site.sensors:
         raise InputError("", "sensor", "none along the track", "sensors of forces, each a [[sensor]] of the site")
     return site.sensors
 
 
 def channels_of(recordings: Mapping[str, Recording] | Iterable[str | Path] | str | Path, site: Site) -> list[Channel]:
-    """Return a site's channels, ordered by their places; read them if files are given."""
+    """Return a site's channels of forces, ordered by their places; read them if files are given."""
     sensors = {one.name: one for one in _sensors_of(site)}
+    forces = {name: one for name, one in sensors.items() if one.quantity == "force"}
+    if not forces:
+        raise InputError("", "sensor", "none of a force", "sensors of forces, each a [[sensor]] of the site")
     found = dict(recordings if isinstance(recordings, Mapping) else read_channels(recordings, site))
     found.pop(site.sensor.name if site.passage is not None else "", None)
     for name, one in found.items():
         if name not in sensors:
             raise InputError("", "recordings", f"{name!r}", with_suggestion(str(name), sensors))
-        if not isinstance(one, Recording) or one.quantity != "force":
-            raise InputError("", f"recordings.{name}", f"{one!r}"[:80], "a Recording of a force")
-    _check_enough(site.sensors, found)
-    there = (_channel(one, found[name], site) for name, one in sensors.items() if name in found)
+        if not isinstance(one, Recording) or one.quantity != sensors[name].quantity:
+            raise InputError("", f"recordings.{name}", f"{one!r}"[:80], f"a Recording of a {sensors[name].quantity}")
+    _check_enough([*forces.values()], found)
+    there = (_channel(one, found[name], site) for name, one in forces.items() if name in found)
     return sorted(there, key=lambda one: one.place)
 
 
-def _channel(sensor: Sensor, recording: Recording, site: Site) -> Channel:
-    if sensor.ends is not None:
-        x1, x2 = sensor.ends
-        place, length = 0.5 * (x1 + x2), x2 - x1
-    else:
-        place, length = sensor.x if sensor.x is not None else (sensor.seat or 0) * (site.spacing or 0.0), np.nan
+def unused_sensors(site: Site) -> list[str]:
+    """Return a note on the sensors that say nothing of forces."""
+    others = [repr(one.name) for one in site.sensors if one.quantity != "force"]
+    return [f"no sensors of forces, and not used: {', '.join(others)}"] if others else []
+
+
+def _channel(sensor: AlongTrack, recording: Recording, site: Site) -> Channel:
+    begins, ends = sensor.extent(site.spacing)
+    length = np.nan if sensor.ends is None else ends - begins
     forces, lost = recording.samples / sensor.gain, np.isnan(recording.samples)
     if lost.any():
         there = np.flatnonzero(~lost)
         forces = np.interp(np.arange(len(forces)), there, forces[there])
     return Channel(
-        sensor, place, float(length), recording.rate, recording.start, forces, lost | recording.clipped, recording.notes
+        sensor,
+        0.5 * (begins + ends),
+        length,
+        recording.rate,
+        recording.start,
+        forces,
+        lost | recording.clipped,
+        recording.notes,
     )
 
 

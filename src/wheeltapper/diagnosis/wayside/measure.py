@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from math import isfinite, nan
+from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ from wheeltapper.describe.site import Site, as_any_site
 from wheeltapper.diagnosis.alarms import PEAKS, compared
 from wheeltapper.diagnosis.train import TrainFinding
 from wheeltapper.diagnosis.wayside.axles import passages_of
-from wheeltapper.diagnosis.wayside.channels import Channel, FloatArray, channels_of, read_channels
+from wheeltapper.diagnosis.wayside.channels import Channel, FloatArray, channels_of, read_channels, unused_sensors
 from wheeltapper.diagnosis.wayside.deck import DIAGNOSED, Diagnosed, deck_recording, with_models
 from wheeltapper.diagnosis.wayside.doubts import (
     check_train,
@@ -117,7 +117,8 @@ def trains_in(
         if distances is None
         else [as_quantity(one, "distances", "length") for one in as_list(distances, "distances", what)]
     )
-    lost = [one.name for one in site.sensors if all(one.name != channel.sensor.name for channel in channels)]
+    there = {channel.sensor.name for channel in channels}
+    lost = [one.name for one in site.sensors if one.quantity == "force" and one.name not in there]
     absent = [f"not in the recording: the channels {', '.join(map(repr, lost))}"] if lost else []
     sound, notes = sound_channels(channels)
     several, passages = _pulses_and_passages(sound)
@@ -196,7 +197,7 @@ def _train(
             for axle in axles:
                 entry = _entry(axle, passage, sides, seats, site)
                 entries.append(entry | {"vehicle": number, "bogie": bogie})
-    notes = [*site_notes(site), *_notes_of_channels(several)]
+    notes = [*site_notes(site), *unused_sensors(site), *_notes_of_channels(several)]
     alone = _alone(vehicles, passage)
     if alone and len(vehicles) > 1 and not passage.turns:
         notes.append(f"{axles_text(alone)}: by the distances in no vehicle; perhaps an axle beside them was lost")
@@ -374,7 +375,7 @@ def calibrated(
         If an axle does not exist, or a sensor saw fewer than two known wheels.
     """
     site = as_any_site(site)
-    ratios: dict[str, list[float]] = {one.name: [] for one in site.sensors if isfinite(_length(one))}
+    ratios: dict[str, list[float]] = {one.name: [] for one in site.sensors if one.ends is not None}
     if not isinstance(loads, Mapping) or not loads:
         raise InputError("", "loads", value_text(loads), "loads by the numbers of axles, as {1: 220e3, 2: 221e3}")
     for axle, given in loads.items():
@@ -403,7 +404,3 @@ def calibrated(
     found = site.model_copy(update={"sensors": tuple(sensors)})
     warn_of(site_notes(found))
     return found
-
-
-def _length(sensor: Any) -> float:
-    return nan if sensor.x1 is None else float(sensor.x2 - sensor.x1)

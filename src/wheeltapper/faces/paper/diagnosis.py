@@ -27,7 +27,7 @@ SITE = wt.diagnosis.Site(
         wt.CosineBump(height=2e-4, length=0.05, start=0.009), 5e4, 9.0, 0.2,
         track=wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4),
     ),
-    sensor=wt.diagnosis.Sensor(rate=20e3, noise=6.66e-4),
+    sensor=wt.sensors.DeckAcceleration(rate=20e3, noise=6.66e-4),
     uncertainty={"speed": 0.1, "vehicle.load": 0.1, "irregularity.0.height": 0.05, "contact.constant": 0.05},
 )  # fmt: skip
 """Speed and load differ by ±10 % between passages; bump and contact are known to ±5 %."""

@@ -62,7 +62,8 @@ def read_recording(
     path
         The file; its suffix states the format.
     quantity
-        "deck acceleration" or "force". It follows from the unit, and is needed only to choose among columns.
+        "deck acceleration", "force" or "displacement". It follows from the unit, and is needed only to choose among
+        columns, and for displacements.
     unit
         What a 1 in the file is, if the file does not state it: "g", "kN", "10 g"; negative for a sensor that is upside
         down. Or the sensor's sensitivity, for files in V, mV, mV/V or um/m: "100 mV/g", "250 kN/V". A WAV file of
@@ -148,7 +149,7 @@ def read_channels_of(
                 raise InputError("", name, found, "a column for each channel")
             in_file = table.facts.get("rate")
             stated = _stated_rate(in_file, channel.rate)
-            own = quantity_of(_own_unit(table, samples))
+            own = quantity_of(_own_unit(table, samples), channel.quantity)
             unit = channel.unit if own is None else None  # the file knows it
             out[name] = _checked_recording(
                 path, table, samples, clock, channel.quantity, unit, stated, None, channel.bridge

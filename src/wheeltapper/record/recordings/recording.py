@@ -25,11 +25,11 @@ class Recording(Shown):
     Attributes
     ----------
     samples
-        In SI units: m/s² or N; NaN where a sample is missing.
+        In SI units: m/s², N or m; NaN where a sample is missing.
     rate
         Samples per second, Hz.
     quantity
-        "deck acceleration" (upwards positive), or "force" of an existing detector.
+        "deck acceleration" (upwards positive), "force" of an existing detector, or "displacement".
     start
         Time of the first sample after the trigger, s.
     clipped

@@ -191,7 +191,7 @@ def _sample_column(table: RecordingTable, columns: list[Column], quantity: Quant
         raise InputError("", "column", "no column of samples", "a column of an acceleration or a force")
     if len(columns) == 1:
         return columns[0]
-    meant = [(c, quantity_of(plain_unit(c.unit))) for c in columns if c.unit]
+    meant = [(c, quantity_of(plain_unit(c.unit), quantity)) for c in columns if c.unit]
     fitting = [c for c, unit in meant if unit is not None and quantity in (None, unit[0])]
     for narrowed in (fitting, [c for c in columns if plain_name(c) == SAMPLES]):
         if len(narrowed) == 1:

@@ -6,6 +6,7 @@ import re
 
 from wheeltapper.describe.sensitivity import (
     ALLOWED,
+    QUANTITIES,
     UNKNOWN,
     Bridge,
     Meaning,
@@ -17,8 +18,9 @@ from wheeltapper.describe.sensitivity import (
 from wheeltapper.describe.table import units
 from wheeltapper.describe.table.units import plain_unit
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.quantities import si_unit
 
-SI: dict[Quantity, str] = {"deck acceleration": "m/s^2", "force": "N"}
+SI: dict[Quantity, str] = {quantity: si_unit(dimension) for quantity, dimension in QUANTITIES.items()}
 """The SI unit of each quantity."""
 
 DIMENSIONS = ("time", "acceleration", "force", "speed")
@@ -74,8 +76,8 @@ def column_meaning(
     InputError
         No unit at all, an unknown one, or two that contradict each other or the quantity.
     """
-    stated = meaning_of(unit) if unit is not None else None
-    own, put_out = quantity_of(in_file) if in_file else None, output_of(in_file)
+    stated = meaning_of(unit, quantity) if unit is not None else None
+    own, put_out = quantity_of(in_file, quantity) if in_file else None, output_of(in_file)
     if stated is None and own is None:
         found = f"the unit {in_file!r}" if in_file else "no unit, in the file or as argument"
         if put_out is not None:

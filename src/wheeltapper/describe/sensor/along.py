@@ -1,0 +1,147 @@
+"""Sensors along the track: between two places of the rail, or at a seat."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from wheeltapper.describe.noun import Length, Share, Voltage
+from wheeltapper.describe.sensitivity import WRITTEN, Bridge, Quantity, meaning_of
+from wheeltapper.describe.sensor.base import FloatArray, Seen, Sensor
+from wheeltapper.ground.errors import InputError
+
+
+class AlongTrack(Sensor, abstract=True):
+    """A sensor along the track, on one rail or on both.
+
+    Parameters
+    ----------
+    side
+        "left" or "right": the rail, seen in the direction of growing x. None: not told, or of both rails.
+    unit
+        What a 1 in the file is, if the file does not say it: "kN", "1.3 kN". Or the sensitivity, for files of what the
+        sensor puts out: "250 kN/V" (files in V, mV), "12 kN/(mV/V)", "0.8 kN/(um/m)", "4 mV/kN".
+    excitation, gauge_factor, bridge_factor
+        Of a bridge of strain gauges, where the file holds another of V, mV/V and um/m than the sensitivity: voltage of
+        the excitation, V; gauge factor k; number B of the arms that feel the strain. The output is k·B·strain/4 of the
+        excitation.
+    gain
+        What it reads, over the true value; readings are divided by it.
+    gain_uncertainty
+        Relative standard deviation of the gain.
+    """
+
+    quantity: ClassVar[Quantity] = "force"
+    side: Literal["left", "right"] | None = None
+    unit: str | None = None
+    excitation: Voltage | None = None
+    gauge_factor: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    bridge_factor: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    gain: float = Field(default=1.0, gt=0, allow_inf_nan=False)
+    gain_uncertainty: Share = 0.0
+
+    @model_validator(mode="after")
+    def _check_unit(self) -> AlongTrack:
+        if self.unit is not None and meaning_of(self.unit, self.quantity).quantity != self.quantity:
+            allowed = f"a {self.quantity}, as {WRITTEN[self.quantity]}"
+            raise InputError("", "unit", f"{self.unit!r} of a {self.kind}", allowed)
+        return self
+
+    @property
+    def bridge(self) -> Bridge:
+        """What is known of its bridge."""
+        volts = None if self.excitation is None else float(self.excitation)
+        return Bridge(volts, self.gauge_factor, self.bridge_factor)
+
+    @property
+    def ends(self) -> tuple[float, float] | None:
+        """Where the piece of rail on which it reads wheels begins and ends, m; None at a seat."""
+        return None
+
+    @property
+    def rail_places(self) -> tuple[float, ...]:
+        """Where along the rail it reads something, m."""
+        return self.ends or ()
+
+    def extent(self, spacing: float | None) -> tuple[float, float]:
+        """Return where the part of the track that it reads begins and ends, m; `spacing` is that of the seats, m."""
+        raise NotImplementedError
+
+    def true_values(self, seen: Seen) -> FloatArray:
+        """Return what it would read of a run if its gain were 1, in SI units, (times,)."""
+        raise NotImplementedError
+
+    def samples(self, seen: Seen) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return what it would have recorded of a run, in SI units; no sample is clipped."""
+        values = self.gain * self.true_values(seen)
+        return values, np.zeros(len(values), dtype=bool)
+
+
+class BetweenPlaces(AlongTrack, abstract=True):
+    """A sensor that reads what stands on the rail between two places.
+
+    Parameters
+    ----------
+    x1, x2
+        Positions along the track, m: of two gauges, or of both ends of an instrumented length.
+    """
+
+    place_words: ClassVar[str] = "x1 and x2"
+    example: ClassVar[dict[str, Any]] = {"x1": 0.1, "x2": 0.5}
+    x1: Length
+    x2: Length
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_places_given(cls, data: Any) -> Any:
+        known = isinstance(data, dict) and set(data) <= set(cls.model_fields)  # another name explains what is missing
+        if known and (data.get("x1") is None or data.get("x2") is None):
+            raise InputError("", "x1", f"no places of a {cls.model_fields['kind'].default}", cls._field_words())
+        return data
+
+    @model_validator(mode="after")
+    def _check_order(self) -> BetweenPlaces:
+        if not self.x1 < self.x2:
+            raise InputError("", "x2", f"{self.x2:g} m with x1 at {self.x1:g} m", "a place beyond x1")
+        return self
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where the piece of rail on which it reads wheels begins and ends, m."""
+        return float(self.x1), float(self.x2)
+
+    def extent(self, spacing: float | None) -> tuple[float, float]:
+        """Return its ends, m."""
+        return self.ends
+
+
+class AtSeat(AlongTrack, abstract=True):
+    """A sensor at a seat.
+
+    Parameters
+    ----------
+    x
+        Position along the track of the seat, m.
+    seat
+        Number of the seat, instead of x: it lies at this times the site's spacing.
+    """
+
+    place_words: ClassVar[str] = "x or seat"
+    example: ClassVar[dict[str, Any]] = {"seat": 3}
+    x: Length | None = None
+    seat: int | None = None
+
+    @model_validator(mode="after")
+    def _check_place(self) -> AtSeat:
+        if (self.x is None) == (self.seat is None):
+            found = "both x and seat" if self.seat is not None else f"no place of a {self.kind}"
+            raise InputError("", "x", found, "either x or seat")
+        return self
+
+    def extent(self, spacing: float | None) -> tuple[float, float]:
+        """Return the place of the seat, m, twice."""
+        place = float(self.x) if self.x is not None else (self.seat or 0) * float(spacing or 0.0)
+        return place, place

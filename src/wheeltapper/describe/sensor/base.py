@@ -1,0 +1,147 @@
+"""What all sensors state; a table's `kind` says which of them it describes."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Final, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import GetJsonSchemaHandler, ModelWrapValidatorHandler, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
+
+from wheeltapper.describe.choice import union_of_nouns
+from wheeltapper.describe.noun import Frequency, Noun
+from wheeltapper.describe.registry import is_abstract, makeable_nouns
+from wheeltapper.describe.sensitivity import Quantity
+from wheeltapper.ground.errors import InputError, value_text, with_suggestion
+
+FloatArray = NDArray[np.float64]
+DECK: Final = "deck acceleration"
+
+
+class Seen(Protocol):
+    """What a run shows to one sensor, on its rail, at the times of its samples."""
+
+    @property
+    def times(self) -> FloatArray:
+        """Of the samples, s."""
+        ...
+
+    def at_places(self, name: str) -> FloatArray:
+        """Return a variable of `Record.track` at the sensor's `rail_places`, or at its seat, (places, times)."""
+        ...
+
+    def force_between(self, x1: float, x2: float) -> FloatArray:
+        """Return the forces of the wheels that are between two places, N, (times,)."""
+        ...
+
+    def deck_acceleration(self, times: FloatArray) -> FloatArray:
+        """Return the deck's acceleration, m/s² upwards, at times."""
+        ...
+
+    def white_noise(self, count: int) -> FloatArray:
+        """Return samples of white noise of unit variance; zeros if none is wanted."""
+        ...
+
+
+class Sensor(Noun, abstract=True):
+    """A sensor on a deck or along the track.
+
+    `kind` says which: `Sensor(kind="pad force", seat=3)` is a `PadForce`. Every kind has fields of its own. A kind of
+    one's own is a class made of this one, or of those for places along the track in `describe.sensor.along`.
+
+    Parameters
+    ----------
+    kind
+        What it reads; "deck acceleration" by default.
+    name
+        Name of its column (channel) in the files, or of its file where a file has one column. "left 1" is also "left_1"
+        and "WILD/left 1", as formats spell it.
+    column
+        Number of its column from 0, or another name of it, for files in which no column bears its name.
+    rate
+        Samples per second, Hz.
+    """
+
+    written_if_given: ClassVar[tuple[str, ...]] = ("rate",)
+    """Fields whose default is not written back: where they are not given, a recording's own count."""
+    quantity: ClassVar[Quantity]
+    """What its readings are, as a `Recording` has it."""
+    place_words: ClassVar[str] = ""
+    """The fields that tell its place, for messages."""
+    example: ClassVar[dict[str, Any]] = {}
+    """The fields that one cannot be made without, for tests of all kinds."""
+    kind: str
+    name: str = ""
+    column: int | str | None = None
+    rate: Frequency = 20_000.0
+
+    def __new__(cls, *_: Any, **fields: Any) -> Self:
+        """Make a sensor of the kind that is stated."""
+        return super().__new__(cls._chosen(fields))
+
+    @classmethod
+    def _table_type(cls) -> str:
+        return Sensor.__name__
+
+    @classmethod
+    def _chosen(cls, fields: dict[str, Any]) -> type[Self]:
+        """Return which class of this family the `kind` of a table names, or its `type`.
+
+        Raises
+        ------
+        InputError
+            If there is no such kind.
+        """
+        if not is_abstract(cls):
+            return cls
+        kinds: dict[str, type[Self]] = {one.model_fields["kind"].default: one for one in makeable_nouns(cls)}
+        called = next((one for one in kinds.values() if one.__name__ == fields.get("type")), None)
+        if called is not None or "kind" not in fields:
+            return called or kinds.get(DECK, cls)
+        kind = fields["kind"]
+        if isinstance(kind, str) and kind in kinds:
+            return kinds[kind]
+        *others, last = map(repr, kinds)
+        listed = f"{', '.join(others)} or {last}"
+        allowed = with_suggestion(kind, kinds, listed) if isinstance(kind, str) else listed
+        raise InputError("", "kind", value_text(kind), allowed)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _of_its_kind(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        chosen = cls._chosen(data) if isinstance(data, dict) else cls
+        return handler(data) if chosen is cls else chosen.model_validate(data)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_fields_of_others(cls, data: Any) -> Any:
+        """Refuse fields of other kinds, but for their defaults, which older files have."""
+        if not isinstance(data, dict):
+            return data
+        own, kinds = cls.model_fields, makeable_nouns(Sensor)
+        kind = own["kind"].default
+        defaults = {name: field.default for kind in kinds for name, field in kind.model_fields.items()}
+        idle = [name for name in data if name in defaults and name not in own]
+        for name in idle if data.get("kind", kind) == kind else ():
+            if data[name] not in (None, defaults[name]):
+                raise InputError("", name, f"it for a sensor of the kind {kind!r}", cls._field_words())
+        return {name: value for name, value in data.items() if name not in idle}
+
+    @classmethod
+    def _field_words(cls) -> str:
+        """Return its fields, its place first, for messages."""
+        others = (field for field in cls.model_fields if field != "kind" and field not in cls.place_words.split())
+        return ", ".join([*([cls.place_words] if cls.place_words else []), *others])
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        if not is_abstract(cls):
+            return handler(schema)
+        words = (cls.__doc__ or "").partition("\n\n")[0]
+        return handler(union_of_nouns(makeable_nouns(cls)).core_schema) | {"description": words}
+
+    def samples(self, seen: Seen) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return what it would have recorded of a run, in SI units, and which samples are clipped."""
+        raise NotImplementedError

@@ -1,0 +1,166 @@
+"""What sensors would have recorded of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.sensor.along import AlongTrack, AtSeat
+from wheeltapper.describe.sensor.base import Sensor
+from wheeltapper.describe.site import Site
+from wheeltapper.ground.arguments import as_count, as_list
+from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.needs import DECK, FLEXIBLE_TRACK
+from wheeltapper.record.recordings.recording import Recording
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wheeltapper.record.record import Record
+
+FloatArray = NDArray[np.float64]
+SAME_PLACE = 1e-6
+"""Largest distance between a stated place and a seat of the run's track, m."""
+
+
+def recordings(record: Record, sensors: Any, seed: int | None = None) -> dict[str, Recording]:
+    """Return what sensors would have recorded of a run; see `Record.recordings`."""
+    listed, spacing = _listed(record, sensors)
+    seed = None if seed is None else as_count(seed, "seed", 0)
+    track = record.scenario.track
+    if spacing is not None and FLEXIBLE_TRACK in record.scenario.needs and abs(spacing - track.spacing) > SAME_PLACE:
+        raise InputError("", "spacing", f"{spacing:g} m", f"{track.spacing:g} m, the distance of the run's seats")
+    out: dict[str, Recording] = {}
+    random = None if seed is None else np.random.default_rng(seed)
+    for rate in dict.fromkeys(sensor.rate for sensor in listed.values()):
+        own = {name: sensor for name, sensor in listed.items() if sensor.rate == rate}
+        run = _Run(record, float(rate), [sensor for sensor in own.values() if isinstance(sensor, AlongTrack)])
+        for name, sensor in own.items():
+            samples, clipped = sensor.samples(_SeenBy(run, sensor, random))
+            out[name] = Recording(
+                samples, float(rate), sensor.quantity, clipped=clipped, speed=float(record.scenario.speed),
+                source=f"simulated: {name}",
+            )  # fmt: skip
+    return {name: out[name] for name in listed}
+
+
+def _listed(record: Record, sensors: Any) -> tuple[dict[str, Sensor], float | None]:
+    """Return sensors by the names of their recordings, and the distance of a site's seats, m.
+
+    Of a site those along the track; that of the deck, where there is one, in front.
+    """
+    spacing = None
+    if isinstance(sensors, Site):
+        deck = [sensors.sensor] if sensors.passage is not None and DECK in record.scenario.needs else []
+        given, spacing = [*deck, *sensors.sensors], sensors.spacing
+    else:
+        given = [sensors] if isinstance(sensors, Sensor) else as_list(sensors, "sensors", "a Site or sensors")
+    out: dict[str, Sensor] = {}
+    for number, one in enumerate(given):
+        if not isinstance(one, Sensor):
+            raise InputError("", f"sensors.{number}", value_text(one), "a sensor, as wt.sensors.PadForce(seat=3)")
+        name = one.name or one.kind
+        if name in out:
+            raise InputError("", f"sensors.{number}.name", f"a second {name!r}", "names that differ")
+        out[name] = one
+    if not out:
+        raise InputError("", "sensors", "none", "a Site with sensors, or one or more sensors")
+    return out, spacing
+
+
+class _Run:
+    """A run as sensors of one rate see it: what the track does is read once, for all of them."""
+
+    def __init__(self, record: Record, rate: float, along: Sequence[AlongTrack]) -> None:
+        self.record, self.rate, self.along = record, rate, along
+
+    @cached_property
+    def times(self) -> FloatArray:
+        """Of the samples, s."""
+        return np.arange(int(np.floor(self.record.end * self.rate * (1.0 + 1e-12))) + 1) / self.rate
+
+    def seat_of(self, sensor: AtSeat) -> int:
+        """Return the number of the seat at which a sensor is."""
+        if sensor.seat is not None:
+            return sensor.seat
+        track, x = self.record.scenario.track, float(sensor.x or 0.0)
+        seat = round((x - float(track.first_sleeper)) / float(track.spacing))
+        nearest = float(track.first_sleeper) + seat * float(track.spacing)
+        if abs(nearest - x) > SAME_PLACE:
+            raise InputError("", "x", f"{x:g} m, where no seat is", f"a seat's place; the nearest is at {nearest:g} m")
+        return seat
+
+    @cached_property
+    def track(self) -> xr.Dataset:
+        """What the track does at the places of all sensors."""
+        needs = self.record.scenario.needs
+        if FLEXIBLE_TRACK not in needs:
+            kind = type(self.record.scenario.track).__name__
+            raise InputError("", "track", f"a {kind}, of which nothing is read", "rails on sleepers or on a slab")
+        places = {x for sensor in self.along for x in sensor.rail_places}
+        seats = {self.seat_of(sensor) for sensor in self.along if isinstance(sensor, AtSeat)}
+        return self.record.track(self.rate, sorted(places), sorted(seats))
+
+    @cached_property
+    def forces(self) -> xr.DataArray:
+        """Vertical forces of the wheels of one rail, N."""
+        found = self.record.at(self.times)
+        if "vertical_force" not in found:
+            found["vertical_force"] = found["normal_force"] / self.record.scenario.vehicle.plane.rails
+        return found["vertical_force"]
+
+
+class _SeenBy:
+    """What a run shows to one sensor (`describe.sensor.base.Seen`)."""
+
+    def __init__(self, run: _Run, sensor: Sensor, random: np.random.Generator | None) -> None:
+        self._run, self._sensor, self._random = run, sensor, random
+
+    @property
+    def times(self) -> FloatArray:
+        """Of the samples, s."""
+        return self._run.times
+
+    def _of_its_rail(self, found: xr.DataArray) -> xr.DataArray:
+        """Return what is of the sensor's rail, where a run tells the rails apart."""
+        if "side" not in found.dims:
+            return found
+        side = getattr(self._sensor, "side", None)
+        if side is None:
+            raise InputError("", "side", "none, of a run in which the rails differ", '"left" or "right"')
+        return found.sel(side=side)
+
+    def at_places(self, name: str) -> FloatArray:
+        """Return a variable of `Record.track` at the sensor's `rail_places`, or at its seat, (places, times)."""
+        if name not in self._run.track:
+            found = f"{self._sensor.kind!r} on a {type(self._run.record.scenario.track).__name__}"
+            raise InputError("", "kind", found, f"a kind that its track shows, which has no {name}")
+        read, sensor = self._of_its_rail(self._run.track[name]), self._sensor
+        if isinstance(sensor, AtSeat):
+            read = read.sel(seat=[self._run.seat_of(sensor)])
+        elif isinstance(sensor, AlongTrack):
+            read = read.sel(rail=list(sensor.rail_places))
+        return np.asarray(read.transpose(..., "time"))
+
+    def force_between(self, x1: float, x2: float) -> FloatArray:
+        """Return the forces of the wheels that are between two places, N, (times,)."""
+        forces, scenario = self._of_its_rail(self._run.forces), self._run.record.scenario
+        each = np.asarray(forces).reshape(len(self.times), -1)
+        contacts = self._run.record._contacts
+        x = np.add.outer(float(scenario.speed) * self.times, contacts.position[:: contacts.sides])
+        return np.asarray(np.where((x1 <= x) & (x <= x2), each, 0.0).sum(axis=1))
+
+    def deck_acceleration(self, times: FloatArray) -> FloatArray:
+        """Return the deck's acceleration, m/s² upwards, at times."""
+        if DECK not in self._run.record.scenario.needs:
+            kind = type(self._run.record.scenario.track).__name__
+            raise InputError("", "kind", f"{self._sensor.kind!r} on a {kind}", "sensors along the track")
+        return np.asarray(self._run.record.at(times).deck_acceleration)
+
+    def white_noise(self, count: int) -> FloatArray:
+        """Return samples of white noise of unit variance; zeros without a seed."""
+        return np.zeros(count) if self._random is None else self._random.standard_normal(count)

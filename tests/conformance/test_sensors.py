@@ -1,0 +1,190 @@
+"""Every kind of sensor: it is a table of a site, is drawn, reads a run, and its recording is read back from files."""
+
+import importlib
+import json
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from wheeltapper.describe import registry
+from wheeltapper.describe.registry import makeable_nouns
+from wheeltapper.describe.schema import json_schema
+from wheeltapper.describe.sensor.along import AlongTrack, AtSeat
+from wheeltapper.describe.sensor.base import DECK, Sensor
+from wheeltapper.diagnosis import Site, read_channels, write_recording
+from wheeltapper.record.recordings.units import SI
+
+from ..registering import undone
+
+WHEELSET = wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=2e4)
+RAILS = {
+    "rail": "UIC60", "spacing": 0.6, "pad_stiffness": 1.8e8, "pad_damping": 1.8e4, "sleeper_mass": 150.0,
+    "ballast_stiffness": 1.05e8, "ballast_damping": 4.8e4,
+}  # fmt: skip
+PASSAGE = {
+    "vehicle": WHEELSET, "contact": wt.Hertz(constant=1.405e11), "speed": 20.0, "duration": 0.15,
+    "irregularity": wt.CosineBump(height=1e-4, length=0.06, start=0.5),
+}  # fmt: skip
+KINDS = [*(kind.__name__ for kind in makeable_nouns(Sensor)), "DummySensor"]
+TRACK = [name for name in KINDS if name != "DeckAcceleration"]
+
+
+@pytest.fixture(autouse=True)
+def _with_the_dummy():
+    with undone():
+        registry.register(
+            importlib.import_module("tests.conformance.dummies").DummySensor, "wheeltapper.describe.sensor"
+        )
+        yield
+
+
+def sensors():
+    """Return the kinds by their names, for the suite of the registry."""
+    return {kind.__name__: kind for kind in makeable_nouns(Sensor)}
+
+
+def made(name, **fields):
+    kind = sensors()[name]
+    return kind(**kind.example | {"name": "it"} | fields)
+
+
+@pytest.fixture(scope="module")
+def runs():
+    deck = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)
+    tracks = {"deck": deck, "rails": wt.tracks.Ballasted(**RAILS)}
+    return {name: wt.simulate(wt.Scenario(track=track, **PASSAGE)) for name, track in tracks.items()}
+
+
+def run_of(name, runs):
+    return runs["deck" if name == "DeckAcceleration" else "rails"]
+
+
+def site_of(sensor):
+    if isinstance(sensor, AlongTrack):
+        return Site(sensors=[sensor], spacing=0.6)
+    deck = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)
+    return Site(passage=wt.Scenario(track=deck, **PASSAGE), sensor=sensor)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_the_kind_in_a_table_says_which_it_is(name, tmp_path):
+    sensor = made(name)
+    table = sensor.model_dump(mode="json")
+    assert table["kind"] == sensor.kind
+    assert (
+        Sensor.model_validate(table) == sensor == wt.diagnosis.Sensor(**{k: v for k, v in table.items() if k != "type"})
+    )
+    site = site_of(sensor)
+    site.to_toml(tmp_path / "site.toml")
+    assert Site.from_toml(tmp_path / "site.toml") == site
+    schema = json_schema(Site)["$defs"][name]["properties"]
+    assert set(schema) == {"type", *type(sensor).model_fields}
+    assert schema["kind"]["const"] == sensor.kind
+    assert all("description" in schema[field] for field in type(sensor).model_fields)
+    assert getattr(wt.sensors, name) is type(sensor)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_fields_of_other_kinds_are_refused_unless_they_say_nothing(name):
+    own = type(made(name)).model_fields
+    others = {field: info.default for kind in sensors().values() for field, info in kind.model_fields.items()}
+    strange = {"side": "left", "unit": "kN", "name": "a", "x1": 1.0, "x2": 2.0, "x": 0.6, "seat": 2}
+    for field in set(others) - set(own):
+        silent = others[field] if isinstance(others[field], int | float) else None
+        assert made(name, **{field: silent}) == made(name)
+        with pytest.raises(wt.InputError, match=rf"^{field}: found it for a sensor of the kind '.*'; allowed: "):
+            made(name, **{field: strange.get(field, 3.0)})
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_it_reads_a_run_and_files_give_the_same_back(name, runs, tmp_path):
+    run, rate = run_of(name, runs), 8e3
+    sensor = made(name, rate=rate)
+    (recording,) = run.recordings(sensor).values()
+    assert recording.quantity == type(sensor).quantity
+    assert recording.rate == rate
+    assert len(recording.samples) == int(run.end * rate) + 1
+    assert np.isfinite(recording.samples).all()
+    assert np.ptp(recording.samples) > 0.0
+    path = write_recording(recording, tmp_path / "it.csv")
+    again = read_channels(path, site_of(sensor))["it"] if isinstance(sensor, AlongTrack) else wt.read_recording(path)
+    np.testing.assert_array_equal(again.samples, recording.samples)
+    assert again.quantity == recording.quantity
+    from_site = run.recordings(site_of(sensor))["it"]
+    np.testing.assert_array_equal(from_site.samples, recording.samples)
+
+
+@pytest.mark.parametrize("name", TRACK)
+def test_a_gain_scales_what_it_reads_and_a_sensitivity_what_the_file_holds(name, runs, tmp_path):
+    plain, doubled = (run_of(name, runs).recordings(made(name, gain=gain))["it"].samples for gain in (1.0, 2.0))
+    np.testing.assert_allclose(doubled, 2.0 * plain, rtol=1e-15)
+    unit = SI[sensors()[name].quantity]
+    volts = plain / 250.0
+    (tmp_path / "volts.csv").write_text("it [V]\n" + "\n".join(map(repr, volts.tolist())), encoding="utf-8")
+    sensor = made(name, unit=f"250 {unit}/V", rate=8e3)
+    np.testing.assert_allclose(read_channels(tmp_path / "volts.csv", site_of(sensor))["it"].samples, plain, rtol=1e-12)
+    with pytest.raises(wt.InputError, match=r"^unit: found 'm/s\^2' of a "):
+        made(name, unit="m/s^2")
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_it_is_drawn_and_its_numbers_are_judged(name):
+    sensor = made(name)
+    for drawn in (sensor, site_of(sensor)):
+        assert len(wt.plot(drawn).axes) >= 1
+    if isinstance(sensor, AlongTrack):
+        from wheeltapper.lower.plausible import site_notes
+
+        (note,) = site_notes(site_of(made(name, gain=50.0)))
+        assert str(note).startswith("sensors.0.gain = 50 is implausible")
+
+
+@pytest.mark.parametrize("name", TRACK)
+def test_a_place_that_the_run_does_not_have_is_refused(name, runs):
+    if name != "ContactForce":
+        with pytest.raises(wt.InputError, match=r"^track: found a FloatingDeck, of which nothing is read"):
+            runs["deck"].recordings(made(name))
+    if issubclass(sensors()[name], AtSeat):
+        kind = sensors()[name]
+        with pytest.raises(wt.InputError, match=r"^x: found 0.7 m, where no seat is; allowed: .* is at 0.6 m"):
+            runs["rails"].recordings(kind(x=0.7))
+        same = runs["rails"].recordings(kind(x=1.8)), runs["rails"].recordings(kind(seat=3))
+        np.testing.assert_array_equal(*(one[kind.model_fields["kind"].default].samples for one in same))
+
+
+def test_the_decks_sensor_stands_apart_from_those_along_the_track():
+    with pytest.raises(wt.InputError, match=r"^sensors\.0\.kind: found 'deck acceleration'; allowed: a kind along"):
+        Site(sensors=[wt.sensors.DeckAcceleration(name="a")])
+    with pytest.raises(wt.InputError, match=r"^sensor\.kind: found 'pad force'; allowed: 'deck acceleration'"):
+        Site(sensor={"kind": "pad force", "seat": 1}, sensors=[wt.sensors.PadForce(name="a", x=0.0)])
+    with pytest.raises(wt.InputError, match=r"^kind: found 'pad'; allowed: .*\(did you mean 'pad force'\?\)"):
+        Sensor(kind="pad")
+    assert type(Sensor()) is wt.sensors.DeckAcceleration
+    assert Sensor().kind == DECK
+
+
+def test_what_cannot_be_simulated_is_refused(runs):
+    gauges = {"x1": 0.1, "x2": 0.5}
+    cases = {
+        r"^sensors: found none": [], r"^sensors: found 3": 3, r"^sensors\.0: found 'a'": ["a"],
+        r"^kind: found 'deck acceleration' on a Ballasted": wt.sensors.DeckAcceleration(),
+        r"^sensors\.1\.name: found a second 'rail shear force'": [wt.sensors.RailShearForce(**gauges)] * 2,
+        r"^spacing: found 0.65 m; allowed: 0.6 m": Site(sensors=[wt.sensors.PadForce(name="a", seat=1)], spacing=0.65),
+    }  # fmt: skip
+    for message, given in cases.items():
+        with pytest.raises(wt.InputError, match=message):
+            runs["rails"].recordings(given)
+
+
+def test_a_site_written_before_kinds_had_fields_of_their_own_is_read():
+    table = {
+        "type": "Sensor", "kind": "rail shear force", "name": "left 1", "x1": 0.1, "x2": 0.5, "side": "left",
+        "gain": 1.0, "gain_uncertainty": 0.05, "noise": 0.0, "order": 8, "offset": 0.0, "drift": 0.0,
+    }  # fmt: skip
+    deck = {"type": "Sensor", "kind": DECK, "name": "", "gain": 1.0, "gain_uncertainty": 0.0, "noise": 0.0, "order": 8}
+    site = Site.model_validate({"type": "Site", "sensor": deck, "sensors": [table], "spacing": 0.6})
+    assert site.sensors == (
+        wt.sensors.RailShearForce(name="left 1", x1=0.1, x2=0.5, side="left", gain_uncertainty=0.05),
+    )
+    assert "noise" not in json.dumps(site.model_dump(mode="json")["sensors"])
