@@ -32,7 +32,7 @@ import wheeltapper as wt
 from wheeltapper.ask.fill import fill_store
 from wheeltapper.ask.spec import described_study
 from wheeltapper.ask.store import Store
-from wheeltapper.lower.cells_on_rails import CellsOnRails
+from wheeltapper.lower.plane_cells import PlaneCells
 from wheeltapper.march.common.blocks import core_count
 from wheeltapper.march.general import march as general
 from wheeltapper.march.general.ensemble import march_all
@@ -112,7 +112,7 @@ def prepared_anew(task):
 
 def parts(cells: int) -> None:
     """Print where the time goes for cells of one speed."""
-    many = CellsOnRails(SCENE, {"irregularity.0.length": np.linspace(0.01, 0.08, cells)})
+    many = PlaneCells(SCENE, {"irregularity.0.length": np.linspace(0.01, 0.08, cells)})
     first, steps = many.tasks[0], 0.16 / 2e-4
     prepared = general.prepare(first.system, first.method)
     tables = shortest_cpu(lambda: prepared_anew(first), 3)

@@ -8,7 +8,7 @@ from wheeltapper.ask.border import _Plane
 from wheeltapper.describe.registry import registered_in
 from wheeltapper.describe.scenario import Start
 from wheeltapper.ground.errors import InputError
-from wheeltapper.lower.cells_on_rails import CellsOnRails
+from wheeltapper.lower.plane_cells import PlaneCells
 from wheeltapper.march.general.ensemble import works_of
 from wheeltapper.record.features.base import ROOM
 
@@ -115,7 +115,7 @@ def test_what_comes_of_a_cell_depends_on_no_other_cell_and_no_thread():
 
 def test_cells_of_one_speed_share_the_tables_of_the_track():
     over = {"speed": np.repeat([20.0, 30.0], 3), "vehicle.mass": np.array([900.0, 1000.0, 1100.0] * 2)}
-    many = CellsOnRails(FLAT, over)
+    many = PlaneCells(FLAT, over)
     assert sorted(len(work.numbers) for work in works_of(many.tasks, 1)) == [3, 3]
     assert len({id(task.system.ring) for task in many.tasks}) == 1
     assert len({id(task.system.contacts[0].pieces) for task in many.tasks}) == 1
@@ -124,7 +124,7 @@ def test_cells_of_one_speed_share_the_tables_of_the_track():
 
 def test_threads_take_the_dearest_tracks_first_each_its_own_and_there_the_longest_cells():
     over = {"speed": np.repeat([40.0, 20.0, 10.0, 30.0], 8), "duration": np.tile(np.linspace(0.01, 0.03, 8), 4)}
-    tasks = CellsOnRails(FLAT, over).tasks
+    tasks = PlaneCells(FLAT, over).tasks
     works = works_of(tasks, 2, 4)
     of_works = [{tasks[number].system.speed for number in work.numbers} for work in works]
     assert of_works == [{10.0}, {20.0}, {10.0}, {20.0}, {30.0}, {40.0}, {30.0}, {40.0}]

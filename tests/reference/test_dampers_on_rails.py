@@ -5,7 +5,7 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.describe.scenario import Start
-from wheeltapper.lower.on_rails import lower_on_rails
+from wheeltapper.lower.plane import lower_plane
 from wheeltapper.march.general.contract import STRICT
 from wheeltapper.march.general.march import march
 
@@ -123,7 +123,7 @@ def test_a_stiff_bush_and_a_small_play_on_rails_are_next_to_a_plain_damper():
 def test_finer_steps_change_nothing_on_rails(name):
     scene = FLAT.replaced({"vehicle": several(with_damper(name), with_damper(name))})
     for method, most in (("default", 1e-8), ("strict", 1e-11)):  # a slow wheel turns at a time that is worse known
-        task = lower_on_rails(scene, method).program
+        task = lower_plane(scene, method).program
         found = march(task.system, task.method, task.duration)
         finest = march(task.system, STRICT._replace(step=2.5e-5), task.duration)
         assert len(finest.events) >= 6

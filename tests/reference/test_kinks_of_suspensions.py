@@ -8,7 +8,7 @@ import pytest
 import wheeltapper as wt
 from tests import pieces
 from wheeltapper.describe.scenario import Start
-from wheeltapper.lower.on_rails import lower_on_rails
+from wheeltapper.lower.plane import lower_plane
 from wheeltapper.march.general.contract import STRICT
 from wheeltapper.march.general.march import march
 
@@ -200,7 +200,7 @@ def test_finer_steps_change_nothing_on_rails():
     scene = over_bump(several(**fields), duration=0.03)
     finest = None
     for method, most in (("default", 1e-8), ("strict", 1e-11)):
-        task = lower_on_rails(scene, method).program
+        task = lower_plane(scene, method).program
         if finest is None:
             finest = march(task.system, STRICT._replace(step=2.5e-5), task.duration)
             assert len(finest.events) >= 10

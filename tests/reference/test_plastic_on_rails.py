@@ -13,7 +13,7 @@ from wheeltapper.ask.passes import Scatter, after_pass
 from wheeltapper.lower.build import lower
 from wheeltapper.lower.door import line_of
 from wheeltapper.lower.laws.plastic import stretched_rows, virgin_pieces
-from wheeltapper.lower.on_rails import lower_on_rails
+from wheeltapper.lower.plane import lower_plane
 from wheeltapper.march import run
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.general.contract import DEFAULT, STRICT, Bodies, Contact, Law, System
@@ -291,7 +291,7 @@ def test_the_paths_of_followers_are_those_that_the_marks_make(vehicle):
         **STRUCK | {"speed": 20.0, "irregularity": [BUMP.model_copy(update={"height": 5e-4, "start": 0.4})]}
         | {"contact": wt.contact.Stronge(constant_per_wheel=7e10, yield_force=1.4e5)},
     )  # fmt: skip
-    task = lower_on_rails(scene).program
+    task = lower_plane(scene).program
     marched = run.march(task)
     system = marched.system
     assert [len(one.pieces) > 10 for one in system.contacts] == [False] + [True] * (len(system.contacts) - 1)

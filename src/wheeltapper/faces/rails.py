@@ -19,7 +19,7 @@ PLACES = 3_000
 """Number of points of the motion of rail and sleeper."""
 
 
-def draw_on_rails(record: Record) -> Figure:
+def draw_in_plane(record: Record) -> Figure:
     """Draw the forces of all wheelsets, the rail under them, and rail and sleeper at one place.
 
     That is the first seat that is told to be an anomaly, or else where the force was largest.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wheeltapper.faces.panels import RED, legend_above
-from wheeltapper.faces.rails import draw_on_rails
+from wheeltapper.faces.rails import draw_in_plane
 from wheeltapper.faces.wagons import draw_wagon, history_with_events
 from wheeltapper.ground.needs import BOGIE, FLEXIBLE_TRACK, SEVERAL_BODIES, WHEELSETS
 from wheeltapper.record.record import Record
@@ -22,7 +22,7 @@ def draw_record(record: Record) -> Figure:
     if SEVERAL_BODIES in record.scenario.needs:
         return draw_wagon(record)
     in_the_plane = record.scenario.needs & {FLEXIBLE_TRACK, WHEELSETS, BOGIE}
-    return draw_on_rails(record) if in_the_plane else _draw_wheel(record)
+    return draw_in_plane(record) if in_the_plane else _draw_wheel(record)
 
 
 def _draw_wheel(record: Record) -> Figure:

@@ -36,9 +36,9 @@ def _lowered_wheel(scenario: Scenario, method: str) -> LoweredScenario:
 
 
 def _lowered_in_plane(scenario: Scenario, method: str) -> LoweredScenario:
-    from wheeltapper.lower.on_rails import lower_on_rails
+    from wheeltapper.lower.plane import lower_plane
 
-    lowered = lower_on_rails(scenario, method)
+    lowered = lower_plane(scenario, method)
     lowered.check_room()
     return lowered
 

@@ -18,7 +18,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.lowered.wagon import LoweredWagon
 from wheeltapper.lower.marks.wagon_marks import WornRails
-from wheeltapper.lower.on_rails import GENERAL_METHODS, SUDDEN, check_speed
+from wheeltapper.lower.plane import GENERAL_METHODS, SUDDEN, check_speed
 from wheeltapper.lower.standing import normal_forces
 from wheeltapper.lower.track.anomalies import Void, arms_of, check_seats, voids_of
 from wheeltapper.lower.track.irregular import IrregularModes

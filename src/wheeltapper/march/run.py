@@ -137,7 +137,7 @@ TURNED = (
     replace(GENERAL, covers=_TURNED, requires=frozenset({FLEXIBLE_TRACK})),
 )
 """The general march of contacts that all go along the track, on the same bodies, where it also simulates: the end of a
-damper that is not on rails is another march's."""
+damper on a stiff track or a deck is another march's."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,10 +11,11 @@ from wheeltapper.lower.lines.base import Drawn, Line, Passing
 from wheeltapper.lower.marks.marks import SEMI_AXIS, Surface
 from wheeltapper.lower.marks.rail_memory import Marking
 from wheeltapper.lower.numbers import METHODS
-from wheeltapper.lower.on_rails import (
+from wheeltapper.lower.paths.table import PathTable
+from wheeltapper.lower.plane import (
     UnderWheels,
     checked_way,
-    lower_on_rails,
+    lower_plane,
     memory_of,
     method_on,
     on_wheels,
@@ -24,7 +25,6 @@ from wheeltapper.lower.on_rails import (
     under_wheels,
     virgin_rail,
 )
-from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.march.general.contract import Task
 from wheeltapper.march.general.task import Marched
 
@@ -44,7 +44,7 @@ class PlaneLine(Line):
         self, scenario: Scenario, start: float, per_interval: int, method: str, vehicles: Sequence[Any] = ()
     ) -> None:
         super().__init__(scenario, start, vehicles)
-        lowered = lower_on_rails(scenario, method)
+        lowered = lower_plane(scenario, method)
         self._method, self.notes, self.law = method, lowered.notes, lowered.plastic_laws[0]
         self.static_force = max(wheelset.weight for one in self.passing for wheelset in one.vehicle.plane.wheelsets)
         self._prepared = [self._prepare(one) for one in self.passing]

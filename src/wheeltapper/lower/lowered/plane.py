@@ -79,7 +79,7 @@ def plastic_of(law: general.Law, rails: float) -> PlasticLaw:
 
 
 @dataclass(frozen=True)
-class LoweredOnRails(LoweredScenario):
+class LoweredPlane(LoweredScenario):
     """A task for the general march, with what is needed to read its results.
 
     Attributes

@@ -13,13 +13,13 @@ from wheeltapper.march.general.replay import Replayed
 from wheeltapper.march.general.task import Marched
 
 if TYPE_CHECKING:
-    from wheeltapper.lower.lowered.plane import LoweredOnRails, Stop
+    from wheeltapper.lower.lowered.plane import LoweredPlane, Stop
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def stops_met(lowered: LoweredOnRails, march: Marched) -> tuple[FloatArray, IntArray]:
+def stops_met(lowered: LoweredPlane, march: Marched) -> tuple[FloatArray, IntArray]:
     """Return the table of the stops that ends meet and leave (`common.program`), and their wheelsets."""
     rows = march.seat_events
     number = rows[:, contract.EVENT_CONTACT].astype(np.int64) - len(lowered.anomalies.voids)
@@ -40,7 +40,7 @@ def stops_met(lowered: LoweredOnRails, march: Marched) -> tuple[FloatArray, IntA
 
 
 def damper_motion(
-    lowered: LoweredOnRails, march: Marched, times: FloatArray, found: Replayed
+    lowered: LoweredPlane, march: Marched, times: FloatArray, found: Replayed
 ) -> tuple[FloatArray, FloatArray]:
     """Return displacements of the dampers' ends, m, and forces on the wheels, N, upwards, (times, wheelsets) both.
 
@@ -70,7 +70,7 @@ def damper_motion(
     return place, force
 
 
-def _resting_end(lowered: LoweredOnRails, march: Marched, stop: Stop, times: FloatArray, found: Replayed) -> FloatArray:
+def _resting_end(lowered: LoweredPlane, march: Marched, stop: Stop, times: FloatArray, found: Replayed) -> FloatArray:
     """Return where an end without a bush is, upwards from the wheel at rest, m."""
     wheelset, own = lowered.plane.wheelsets[stop.wheelset], -found.displacement[:, stop.wheelset]
     gap = float(wheelset.damper_play)

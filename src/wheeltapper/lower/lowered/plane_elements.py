@@ -13,12 +13,12 @@ from wheeltapper.march.general.replay import Replayed
 from wheeltapper.march.general.task import Marched
 
 if TYPE_CHECKING:
-    from wheeltapper.lower.lowered.plane import LoweredOnRails
+    from wheeltapper.lower.lowered.plane import LoweredPlane
 
 FloatArray = NDArray[np.float64]
 
 
-def element_events(lowered: LoweredOnRails, march: Marched) -> ElementEvents:
+def element_events(lowered: LoweredPlane, march: Marched) -> ElementEvents:
     """Return all elements' events."""
     rows, elements = march.seat_events, lowered.plane.elements
     number = rows[:, contract.EVENT_CONTACT].astype(np.int64) - (lowered.first_element - len(lowered.plane.wheelsets))
@@ -40,7 +40,7 @@ def element_events(lowered: LoweredOnRails, march: Marched) -> ElementEvents:
     )
 
 
-def element_motion(lowered: LoweredOnRails, found: Replayed) -> Variables:
+def element_motion(lowered: LoweredPlane, found: Replayed) -> Variables:
     """Return forces, N, compressions, m, and slips, m, of all elements, (times, elements) each; {} without elements."""
     elements, first = lowered.plane.elements, lowered.first_element
     if not elements:
@@ -61,7 +61,7 @@ def element_motion(lowered: LoweredOnRails, found: Replayed) -> Variables:
     return out | ({"element_slip": (along, slip)} if any(element.slider[0] for element in elements) else {})
 
 
-def element_energies(lowered: LoweredOnRails, march: Marched, taken: FloatArray) -> tuple[float, float, float]:
+def element_energies(lowered: LoweredPlane, march: Marched, taken: FloatArray) -> tuple[float, float, float]:
     """Return what elements store, and what their dampers and their dry friction dissipate, J, of one rail.
 
     It is what they do beyond the matrices; `taken` is what each contact took from the bodies.

@@ -1,4 +1,4 @@
-"""The energy balance of a vehicle on rails that give way, and of the track."""
+"""The energy balance of a vehicle in the plane, and of the track."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from wheeltapper.lower.lowered.track_works import track_works
 from wheeltapper.lower.track.section import section_of
 
 if TYPE_CHECKING:
-    from wheeltapper.lower.lowered.plane import LoweredOnRails
+    from wheeltapper.lower.lowered.plane import LoweredPlane
     from wheeltapper.march.general.task import Marched
 
 
-def balance(lowered: LoweredOnRails, march: Marched) -> Terms:
+def balance(lowered: LoweredPlane, march: Marched) -> Terms:
     """Return the energy balance of vehicle and track over the whole run.
 
     The vehicle has exchanged energy with loads and contacts; what the contacts took of it, beside the work of the
@@ -57,7 +57,7 @@ def balance(lowered: LoweredOnRails, march: Marched) -> Terms:
     return Terms(terms, exchanged, rails, more)
 
 
-def _held_by_guides(lowered: LoweredOnRails, march: Marched) -> float:
+def _held_by_guides(lowered: LoweredPlane, march: Marched) -> float:
     """Return the work on springs against a fixed guide of the forces that they have at rest, J, of one rail.
 
     Displacements count from the static state; of springs that are stretched there the march leaves these forces out,

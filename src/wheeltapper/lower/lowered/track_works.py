@@ -28,7 +28,7 @@ from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.task import Marched
 
 if TYPE_CHECKING:
-    from wheeltapper.lower.lowered.plane import LoweredOnRails
+    from wheeltapper.lower.lowered.plane import LoweredPlane
 
 FloatArray = NDArray[np.float64]
 AT_ONCE = 16
@@ -91,7 +91,7 @@ class _Rail(NamedTuple):
     residual: FloatArray
 
 
-def track_works(section: Section, lowered: LoweredOnRails, march: Marched) -> TrackWorks:
+def track_works(section: Section, lowered: LoweredPlane, march: Marched) -> TrackWorks:
     """Return energies and works of the track of a run."""
     assert lowered.modes is not None
     ring = lowered.modes.ring
@@ -112,7 +112,7 @@ def track_works(section: Section, lowered: LoweredOnRails, march: Marched) -> Tr
     return TrackWorks._make([stored, *works.tolist(), _taken_by_jumps(lowered, march)])
 
 
-def _done_by_jumps(energy: RingEnergy, known: Products, lowered: LoweredOnRails, march: Marched) -> FloatArray:
+def _done_by_jumps(energy: RingEnergy, known: Products, lowered: LoweredPlane, march: Marched) -> FloatArray:
     """Return the works, as in `RingPowers`, of forces that jump.
 
     The powers have terms with the rate of the forces, over which the integral is the jump times the mean of both sides.
@@ -142,7 +142,7 @@ def _done_by_jumps(energy: RingEnergy, known: Products, lowered: LoweredOnRails,
     return np.asarray(odd.sum(axis=1))
 
 
-def _taken_by_jumps(lowered: LoweredOnRails, march: Marched) -> float:
+def _taken_by_jumps(lowered: LoweredPlane, march: Marched) -> float:
     """Return what the residual took of the contacts as their forces jumped, J."""
     assert lowered.modes is not None
     times, wheels = march.jumps(), lowered.program.system.wheels
@@ -160,7 +160,7 @@ def _times(state: RingState, sign: float) -> RingState:
 
 
 def _track_at(
-    energy: RingEnergy, lowered: LoweredOnRails, march: Marched, times: FloatArray, starts: Starts
+    energy: RingEnergy, lowered: LoweredPlane, march: Marched, times: FloatArray, starts: Starts
 ) -> tuple[RingState, _Rail]:
     """Return the ring of equal bays, and the rail under the wheels, at some times."""
     modes, regular, speed = lowered.modes, energy.modes.ring, lowered.program.system.speed

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ground.notes import Shared
-from wheeltapper.lower.cells_on_rails import CellsOnRails
 from wheeltapper.lower.many import EPSILON
 from wheeltapper.lower.numbers import Units
-from wheeltapper.lower.turns_on_rails import not_turned, turn_along
+from wheeltapper.lower.plane_cells import PlaneCells
+from wheeltapper.lower.plane_turns import not_turned, turn_along
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.general import ensemble
 from wheeltapper.march.general.task import march_alone
@@ -26,7 +26,7 @@ from wheeltapper.record.trains.trains import Trains
 
 if TYPE_CHECKING:
     from wheeltapper.describe.scenario import Scenario
-    from wheeltapper.lower.lowered.plane import LoweredOnRails
+    from wheeltapper.lower.lowered.plane import LoweredPlane
     from wheeltapper.march.general.ensemble import MarchedCells
     from wheeltapper.march.general.gradients import Tangents
     from wheeltapper.march.general.task import Marched as MarchedAlone
@@ -51,8 +51,8 @@ class CellsSharingTables(Cells):
         return path == "speed" or path.startswith("track.") or path.partition(".")[2] == "wheelbase"
 
     @cached_property
-    def _many(self) -> CellsOnRails:
-        return CellsOnRails(self.scenario, self.changed, self.method)
+    def _many(self) -> PlaneCells:
+        return PlaneCells(self.scenario, self.changed, self.method)
 
     @property
     def notes(self) -> tuple[Shared, ...]:
@@ -142,7 +142,7 @@ def _impacts_before(of_hit: IntArray, hits: FloatArray, of_peak: IntArray, peaks
     return before[len(hits) :] - first
 
 
-def _turned(block: Block, along: Sequence[str], lowered: LoweredOnRails, marched: MarchedAlone) -> Block:
+def _turned(block: Block, along: Sequence[str], lowered: LoweredPlane, marched: MarchedAlone) -> Block:
     """Return a cell with how it changes along some fields."""
     turns = [turn_along(lowered.scenario, path, lowered) for path in along]
     found, trains, changes = marched.tangents(turns), block.trains, list[Along]()
@@ -154,7 +154,7 @@ def _turned(block: Block, along: Sequence[str], lowered: LoweredOnRails, marched
     return block._replace(along=changes, amplification=_amplification(lowered, marched, found))
 
 
-def _rates(trains: Trains, lowered: LoweredOnRails, marched: MarchedAlone, found: Tangents, lane: int) -> Rates:
+def _rates(trains: Trains, lowered: LoweredPlane, marched: MarchedAlone, found: Tangents, lane: int) -> Rates:
     """Return derivatives along one direction in the order of the trains."""
     by_train = np.argsort(marched.events[:, contract.EVENT_CONTACT], kind="stable")
     of_peaks = np.argsort(marched.peaks[:, contract.PEAK_CONTACT], kind="stable")
@@ -170,7 +170,7 @@ def _rates(trains: Trains, lowered: LoweredOnRails, marched: MarchedAlone, found
     return Rates(events, peaks, np.full(cells if tally else 0, np.nan), impulses)
 
 
-def _amplification(lowered: LoweredOnRails, marched: MarchedAlone, found: Tangents) -> float:
+def _amplification(lowered: LoweredPlane, marched: MarchedAlone, found: Tangents) -> float:
     """Return how much a small change of the start has grown at the end: of all wheels' heights or velocities alike."""
     length, speed = marched.static_indentation, float(lowered.speeds(marched).mean())
     freedoms = len(lowered.plane.freedoms)

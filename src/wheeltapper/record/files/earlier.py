@@ -16,11 +16,11 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK, YIELDING
-from wheeltapper.lower.lowered.plane import LoweredOnRails
+from wheeltapper.lower.lowered.plane import LoweredPlane
 from wheeltapper.lower.lowered.wagon import LoweredWagon
 from wheeltapper.lower.lowered.wheel import Lowered
-from wheeltapper.lower.on_rails import plane_of, stops_of
 from wheeltapper.lower.paths.table import PathTable
+from wheeltapper.lower.plane import plane_of, stops_of
 from wheeltapper.lower.structure import structure_of
 from wheeltapper.lower.track.anomalies import NONE, Void, anomalies_of, voids_of
 from wheeltapper.lower.track.irregular import IrregularModes
@@ -63,7 +63,7 @@ WAYS = ("together", "against")
 def read(scenario: Scenario, data: xr.Dataset) -> tuple[Any, Any]:
     """Return the lowered scenario of a file, and the march; refuse what no march can have written."""
     readers: dict[str, Callable[[Scenario, xr.Dataset], tuple[Any, Parts]]] = {
-        "program_numbers": _of_wheel, "assembly_parts": _of_wagon, "task_parts": _on_rails,
+        "program_numbers": _of_wheel, "assembly_parts": _of_wagon, "task_parts": _in_plane,
     }  # fmt: skip
     name = next((one for one in readers if one in data or one in data.attrs), None)
     if name is None:
@@ -136,10 +136,10 @@ def _of_wheel(scenario: Scenario, data: xr.Dataset) -> tuple[Lowered, Parts]:
     return lowered, {"march_peaks": peaks} | stops
 
 
-# -- wheelsets, bogies, and what is on rails --------------------------------------------------------------------------
+# -- wheelsets, bogies, and what is on rails that bend ------------------------------------------------------------------
 
 
-def _on_rails(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredOnRails, Parts]:
+def _in_plane(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredPlane, Parts]:
     parts, plane, anomalies = _parts_of(data, "task"), plane_of(scenario), NONE
     modes = _modes_of(parts) if "ring.rates" in parts else None
     if (modes is None) == (FLEXIBLE_TRACK in scenario.needs):
@@ -153,7 +153,7 @@ def _on_rails(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredOnRails, Par
         refuse("task_parts", "other anomalies or dampers than the scenario's")
     seat, constant, force = table(data, "units", 3).tolist()
     static = force * task.system.bodies.load[: len(plane.wheelsets)]
-    lowered = LoweredOnRails(scenario, task, plane, modes, seat, static, constant, notes(data), force, stops, anomalies)
+    lowered = LoweredPlane(scenario, task, plane, modes, seat, static, constant, notes(data), force, stops, anomalies)
     held = {f"march_{name}": np.asarray(data[f"logged_{name}"]) for name in LOGGED}
     held["march_steps_made"] = np.array([float(stored_attribute(data, "steps_made", int))])
     if "seat_events" in data:

@@ -1,4 +1,4 @@
-"""From a scenario on rails that give way, and fields that differ from cell to cell, to tasks that share what is equal.
+"""From a vehicle in the plane, and fields that differ from cell to cell, to tasks that share what is equal.
 
 A vehicle, a track or a path is lowered once for each of its values. Cells hold the same objects, by which the march
 knows what they share.
@@ -19,9 +19,10 @@ from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.known import check_known
 from wheeltapper.lower.laws import ellipse
-from wheeltapper.lower.lowered.plane import LoweredOnRails
+from wheeltapper.lower.lowered.plane import LoweredPlane
 from wheeltapper.lower.numbers import METHODS
-from wheeltapper.lower.on_rails import (
+from wheeltapper.lower.paths.table import PathTable
+from wheeltapper.lower.plane import (
     SUDDEN,
     UnderWheels,
     checked_way,
@@ -31,7 +32,6 @@ from wheeltapper.lower.on_rails import (
     task_of,
     under_wheels,
 )
-from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.lower.plausible import implausible_cells
 from wheeltapper.lower.track.reach import cutoff_note
 from wheeltapper.lower.unmet import acting_in, unmet_cells
@@ -43,8 +43,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-class CellsOnRails:
-    """Cells of a scenario on rails, lowered together; it is made as `lower.many.LoweredCells` is.
+class PlaneCells:
+    """Cells of a scenario for the general march, lowered together; it is made as `lower.many.LoweredCells` is.
 
     Attributes
     ----------
@@ -126,10 +126,10 @@ class CellsOnRails:
             paths, speed, duration = self._paths[self._path_of[cell]], self._speed[cell], self._duration[cell]
             yield task_of(self.scenario, vehicle, track, paths, float(speed), float(duration), self.method)
 
-    def lowered(self, cell: int) -> LoweredOnRails:
+    def lowered(self, cell: int) -> LoweredPlane:
         """Return one cell as if it were lowered alone, without notes."""
         vehicle, track, paths = self.vehicles[cell], self._tracks[cell], tuple(self._paths[self._path_of[cell]])
-        return LoweredOnRails(
+        return LoweredPlane(
             self.scenario_of(cell), self.tasks[cell], vehicle.plane, track.modes, track.seat, vehicle.static_force,
             vehicle.contact_constant, (), self.rails, vehicle.stops, track.anomalies, paths,
         )  # fmt: skip

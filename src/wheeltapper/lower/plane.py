@@ -1,4 +1,4 @@
-"""From a scenario on rails that give way to a system for the general march: bodies, contacts, paths and the ring."""
+"""From a vehicle in the vertical plane, on any track, to a system for the general march: bodies, contacts, paths."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from wheeltapper.lower.laws import ellipse
 from wheeltapper.lower.laws.own_law import table_note, tabulated_law
 from wheeltapper.lower.laws.plastic import patch_semi_axis, stretched_rows, virgin_pieces
 from wheeltapper.lower.lowered.base import DECK
-from wheeltapper.lower.lowered.plane import LoweredOnRails, Stop, plastic_of
+from wheeltapper.lower.lowered.plane import LoweredPlane, Stop, plastic_of
 from wheeltapper.lower.marks.marks import SAMPLES, VIRGIN, MarkedPath, Surface
 from wheeltapper.lower.marks.rail_memory import RailMemory
 from wheeltapper.lower.numbers import METHODS, Method, contact_alone, hysteresis_factor, units_of
@@ -74,7 +74,7 @@ HALVES = Note(
 """What is left out where the track says how sleepers roll."""
 
 
-def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRails:
+def lower_plane(scenario: Scenario, method: str = "default") -> LoweredPlane:
     """Lower a scenario to a task of the general march."""
     check_known(scenario)
     vehicle = on_wheels(scenario)
@@ -92,7 +92,7 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
         said = (*said, SUDDEN)
     if YIELDING in scenario.needs and len(tables) > 1 and task.memory is None:
         said = (*said, VIRGIN)
-    return LoweredOnRails(
+    return LoweredPlane(
         scenario, task, vehicle.plane, under.modes, under.seat, vehicle.static_force, vehicle.contact_constant, said,
         float(vehicle.plane.rails), vehicle.stops, under.anomalies, tuple(tables),
     )  # fmt: skip

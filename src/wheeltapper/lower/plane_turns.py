@@ -1,4 +1,4 @@
-"""Derivatives of the system that a scenario on rails is lowered to, with respect to one of its fields.
+"""Derivatives of the system that a vehicle in the plane is lowered to, with respect to one of its fields.
 
 Matrices of the vehicle, static forces and numbers of the laws are polynomials of a field, or smooth: their central
 differences of sixth order are exact but for rounding. Paths change as everywhere (`bends.py`).
@@ -17,10 +17,10 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import DECK
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.first_order import STEP, WEIGHTS
-from wheeltapper.lower.lowered.plane import LoweredOnRails
+from wheeltapper.lower.lowered.plane import LoweredPlane
 from wheeltapper.lower.many import shapes_the_path
-from wheeltapper.lower.on_rails import on_wheels
 from wheeltapper.lower.paths.bends import table_tangent
+from wheeltapper.lower.plane import on_wheels
 from wheeltapper.march.general.contract import Bodies
 from wheeltapper.march.general.turned import SystemTurn
 
@@ -28,16 +28,16 @@ FloatArray = NDArray[np.float64]
 MATRICES = "mass", "damping", "stiffness", "raised", "guides"
 """What a field may change of the bodies."""
 OFFERED = "a field of the vehicle, a deck, the contact, the start or the irregularity, the speed or the duration"
-"""With respect to what features of runs on rails are differentiated."""
+"""With respect to what features of such runs are differentiated."""
 
 
-def turn_along(scenario: Scenario, path: str, lowered: LoweredOnRails) -> SystemTurn:
+def turn_along(scenario: Scenario, path: str, lowered: LoweredPlane) -> SystemTurn:
     """Return the derivatives of a lowered scenario's system with respect to a field.
 
     Raises
     ------
     InputError
-        If the field changes what is not differentiated on rails.
+        If the field changes what is not differentiated.
     """
     what = not_turned(scenario, path)
     if what:
@@ -72,7 +72,7 @@ def not_turned(scenario: Scenario, path: str) -> str:
     return ""
 
 
-def _difference(scenario: Scenario, path: str, lowered: LoweredOnRails) -> tuple[FloatArray, ...]:
+def _difference(scenario: Scenario, path: str, lowered: LoweredPlane) -> tuple[FloatArray, ...]:
     """Return derivatives of the bodies' matrices, static forces and laws of one rail's part of the vehicle."""
     held = float(Fields(scenario)(path))
     step, rails = STEP * abs(held) or 1.0, lowered.force
@@ -92,7 +92,7 @@ def _difference(scenario: Scenario, path: str, lowered: LoweredOnRails) -> tuple
     )
 
 
-def _bent(scenario: Scenario, path: str, number: int, lowered: LoweredOnRails) -> FloatArray | None:
+def _bent(scenario: Scenario, path: str, number: int, lowered: LoweredPlane) -> FloatArray | None:
     """Return the derivatives of the pieces of a wheelset's path; None where they do not change."""
     wheelset = lowered.plane.wheelsets[number - 1]
     own = _own_path(scenario, path, number)
