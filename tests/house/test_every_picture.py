@@ -16,6 +16,7 @@ from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.element import Element
 from wheeltapper.faces.drawers import HELD, KINDS, TITLES
 from wheeltapper.faces.faults import reference_passage
+from wheeltapper.faces.interactive import interactive_figure
 from wheeltapper.faces.plane import integrated
 
 from .test_charts import BUMP, OVER, PAIR
@@ -74,6 +75,7 @@ def test_a_noun_draws_itself(name):
     figure = NOUNS[name].plot()
     assert flaws(figure) == []
     assert figure.get_suptitle()
+    assert len(interactive_figure(figure).data)
 
 
 @pytest.mark.parametrize("name", wt.diagnosis.CATALOGUE)

@@ -136,7 +136,7 @@ def _of_wheel(scenario: Scenario, data: xr.Dataset) -> tuple[Lowered, Parts]:
     return lowered, {"march_peaks": peaks} | stops
 
 
-# -- wheelsets, bogies, and what is on rails that bend ------------------------------------------------------------------
+# -- wheelsets, bogies, and what is on rails that bend -----------------------------------------------------------------
 
 
 def _in_plane(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredPlane, Parts]:
