@@ -5,10 +5,11 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import wheeltapper as wt
+from tests.drawn import drawn
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.scenario import write_toml
 from wheeltapper.describe.sensor import Sensor
@@ -248,7 +249,7 @@ FAMILY = Family(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@drawn(200)
 @given(st.lists(st.floats(0.0, 1.0), min_size=FAMILY.coordinate_count, max_size=FAMILY.coordinate_count), st.booleans())
 def test_layouts_keep_their_bounds_and_have_coordinates(at, alike):
     family = Family(**{**vars(FAMILY), "alike": alike, "shapes": ("bump",)}) if alike else FAMILY

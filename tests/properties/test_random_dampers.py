@@ -5,10 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import Phase, assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import wheeltapper as wt
+from tests.drawn import drawn
 from wheeltapper.ground.outcome import Outcome
 
 from .test_random_scenarios import irregularities, tracks
@@ -101,7 +102,7 @@ def check_maxima(record):
         assert all(np.abs(found - top).min(initial=1.0) < 6e-6 for top in tops)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
+@drawn(60)
 @given(scenarios)
 @pytest.mark.slow
 def test_every_damper_is_answered_soundly(scenario):
@@ -114,7 +115,7 @@ def test_every_damper_is_answered_soundly(scenario):
 
 
 @pytest.mark.slow
-@settings(max_examples=40, deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
+@drawn(40)
 @given(scenarios)
 def test_default_and_strict_agree_as_far_as_the_motion_is_predictable(scenario):
     strict, default = simulated(scenario, "strict"), simulated(scenario)

@@ -3,10 +3,11 @@
 import warnings
 
 import numpy as np
-from hypothesis import Phase, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import wheeltapper as wt
+from tests.drawn import drawn
 from wheeltapper.ground.outcome import Outcome
 
 SHAPES = st.sampled_from(["fresh", "rounded"])
@@ -64,7 +65,7 @@ def simulated(scenario, method):
         return wt.simulate(scenario, method)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
+@drawn(60)
 @given(scenarios)
 def test_every_valid_scenario_is_answered_soundly(scenario):
     record = simulated(scenario, "default")
@@ -82,7 +83,7 @@ def test_every_valid_scenario_is_answered_soundly(scenario):
     assert (np.diff(record.events.time.values) >= 0).all()
 
 
-@settings(max_examples=40, deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
+@drawn(40)
 @given(scenarios)
 def test_default_and_strict_agree_as_far_as_the_motion_is_predictable(scenario):
     strict, default = simulated(scenario, "strict"), simulated(scenario, "default")

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import wheeltapper as wt
+from tests.drawn import drawn
 from wheeltapper.lower.track import reach, readouts
 from wheeltapper.lower.track.ring import ring_of
 from wheeltapper.lower.track.section import section_of
@@ -43,7 +44,7 @@ def modal_deflection(modes, x):
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None, derandomize=True)
+@drawn(60)
 @given(TRACKS)
 def test_at_rest_the_ring_is_the_infinite_track_and_its_modes_do_not_grow(track):
     modes = ring_of(section_of(track), 40, 5e3)
@@ -54,7 +55,7 @@ def test_at_rest_the_ring_is_the_infinite_track_and_its_modes_do_not_grow(track)
     assert np.all(modes.ring.rates.real < 1e-6)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@drawn(60)
 @given(TRACKS, st.floats(0.0, 800.0), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
 def test_receptances_are_reciprocal_and_take_energy_from_the_force(track, frequency, where, at):
     there, back = (complex(wt.tracks.receptance(track, frequency, *pair)) for pair in ((where, at), (at, where)))
@@ -64,7 +65,7 @@ def test_receptances_are_reciprocal_and_take_energy_from_the_force(track, freque
     assert float(wt.tracks.decay_rate(track, frequency)) >= -1e-6
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@drawn(40)
 @given(TRACKS)
 def test_the_ring_that_is_chosen_is_the_shortest_that_is_quiet_enough(track):
     section, asked = section_of(track), reach.ACCURACIES["default"]
