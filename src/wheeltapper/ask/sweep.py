@@ -102,7 +102,7 @@ def sweep(
     with progress_shown(progress, "cells"):
         found = compute_cells(asked, asked.changed_values(), held)
     found.check_refusals()
-    warn_of(note.sentence_of(asked.cell_count) for note in found.notes)
+    warn_of([note.sentence_of(asked.cell_count) for note in found.notes])
     return chart_dataset(asked, found)
 
 
@@ -152,7 +152,7 @@ def gradient(
     )  # fmt: skip
     computed = compute_cells(asked, asked.changed_values(), core_count() if asked.by_differences else 1)
     computed.check_refusals()
-    warn_of(note.sentence_of(1) for note in computed.notes)
+    warn_of([note.sentence_of(1) for note in computed.notes])
     found = chart_dataset(asked, computed).isel(cell=0)
     return found.drop_vars(
         [name for name in found.coords if name not in ("parameter", "wheelset", "side")]

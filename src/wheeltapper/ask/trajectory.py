@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.motion import table_at_hand
 from wheeltapper.ask.study import check_along
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.lower.at_hand import table_at_hand
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import EPSILON, LoweredCells
 from wheeltapper.lower.numbers import Units

@@ -55,7 +55,7 @@ def notes_of_cells(notes: Iterable[tuple[int, Note]], wheels: int = 1) -> tuple[
         held = worst.setdefault((note.cause, train // wheels), note)
         if note.severity > held.severity:
             worst[note.cause, train // wheels] = note
-    return shared_notes(Shared(note, 1) for note in worst.values())
+    return shared_notes([Shared(note, 1) for note in worst.values()])
 
 
 @dataclass(frozen=True)
