@@ -138,25 +138,18 @@ def by_likelihood(problem: SmoothingProblem, noise: float, period: float) -> Smo
     """
     from scipy.optimize import minimize_scalar
 
+    def likeliest(of: SmoothingProblem) -> float:
+        found = minimize_scalar(
+            of.negative_log_likelihood, bounds=of.weight_bounds(), args=(noise,), method="bounded",
+            options={"xatol": 0.05},
+        )  # fmt: skip
+        return float(found.x)
+
     width = max(round(WINDOW * period), 1)
     for _ in range(2):
-        found = minimize_scalar(
-            problem.negative_log_likelihood,
-            bounds=problem.weight_bounds(),
-            args=(noise,),
-            method="bounded",
-            options={"xatol": 0.05},
-        )
-        rough = problem.roughness(problem.smoothed(problem.cholesky_factor(found.x))) ** 2
+        rough = problem.roughness(problem.smoothed(problem.cholesky_factor(likeliest(problem)))) ** 2
         problem = problem._replace(shape=_local_intensity(rough, width))
-    found = minimize_scalar(
-        problem.negative_log_likelihood,
-        bounds=problem.weight_bounds(),
-        args=(noise,),
-        method="bounded",
-        options={"xatol": 0.05},
-    )
-    return _estimate_at(problem, found.x, noise)
+    return _estimate_at(problem, likeliest(problem), noise)
 
 
 def _local_intensity(power: FloatArray, width: int) -> FloatArray:

@@ -24,7 +24,7 @@ from wheeltapper.march.common.program import DONE, EVENT_CONTACT, FULL, SOFT, Fl
 from wheeltapper.march.general.layout import IM, RE
 from wheeltapper.march.general.modal import turn
 from wheeltapper.march.general.structure import ComplexArray
-from wheeltapper.march.general.tables import Units
+from wheeltapper.march.general.tables import ModalTables, Units
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import maxima_followed, multibody, passing, searching, whole_steps
 from wheeltapper.march.wagon.assembly import HALF, LANES, Assembly
@@ -92,8 +92,8 @@ class AtOnce(NamedTuple):
 
 @kernel
 def rails_kernel(
-    end: float, ends: FloatArray, which: IntArray, same: rail_modes.WayTables, modes: FloatArray,
-    other: rail_modes.WayTables, modes_2: FloatArray, places: InBay, sinking: FloatArray, units: Units,
+    end: float, ends: FloatArray, which: IntArray, same: ModalTables, modes: FloatArray,
+    other: ModalTables, modes_2: FloatArray, places: InBay, sinking: FloatArray, units: Units,
     free: FloatArray, made: IntArray, flat: asm.FlatAssembly, scales: FloatArray, work: multibody.Work, whole: AtOnce,
 ) -> int:  # fmt: skip
     """March until `end`, or until a table is full; return why it stopped. May be called again.

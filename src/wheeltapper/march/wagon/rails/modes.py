@@ -21,7 +21,15 @@ from wheeltapper.march.general.contract import Bodies, Contact, Law, Method, Por
 from wheeltapper.march.general.layout import BEGIN, IM, RE
 from wheeltapper.march.general.modal import add_turned_back, read_modes, turn, turned, write_modes
 from wheeltapper.march.general.structure import Ring
-from wheeltapper.march.general.tables import KEPT_BYTES, TrackTables, Units, longest_step, track_tables, without_bodies
+from wheeltapper.march.general.tables import (
+    KEPT_BYTES,
+    ModalTables,
+    TrackTables,
+    Units,
+    longest_step,
+    track_tables,
+    without_bodies,
+)
 from wheeltapper.march.wagon.assembly import HALF
 from wheeltapper.march.wagon.whole_steps import answers_at_nodes, packed_nodes
 
@@ -77,18 +85,6 @@ class Track(NamedTuple):
         return np.concatenate([np.arange(len(self.places)), behind + np.arange(self.over_voids)])
 
 
-class WayTables(NamedTuple):
-    """Tables of one way to move, as entries of `general.records.Tables`."""
-
-    reads: FloatArray
-    writes: FloatArray
-    first: IntArray
-    decay: FloatArray
-    turns: FloatArray
-    fixed_reads: FloatArray
-    fixed_writes: FloatArray
-
-
 class RailTables(NamedTuple):
     """What a track is to the kernels, as entries of `general.records.Tables`; r and B in SI units, flat.
 
@@ -109,7 +105,7 @@ class RailTables(NamedTuple):
     """
 
     grid: tables.Grid
-    ways: tuple[WayTables, ...]
+    ways: tuple[ModalTables, ...]
     sets: IntArray
     phase: IntArray
     bay: IntArray
@@ -148,12 +144,11 @@ def _made_tables(track: Track, made: list[TrackTables]) -> RailTables:
     held = [without_bodies(one, track.method) for one in made]
     cross = [compliance * (transform @ one.cross @ transform.T) for one in held]  # (place, other, places, m, l)
     residual = compliance * np.mean([one.residual for one in held], axis=0)
-    ways = tuple(WayTables(*(getattr(one, name) for name in WayTables._fields)) for one in held)
     answers = np.hstack([_in_fours(one.transpose(2, 1, 4, 0, 3), track, 3, 1) for one in cross])
     solid = np.empty_like(answers)
     answers_at_nodes(packed_nodes(track.method.nodes), track.fours, answers, solid)
     return RailTables(
-        made[ALIKE].grid, ways, held[ALIKE].sets, held[ALIKE].phase, held[ALIKE].bay,
+        made[ALIKE].grid, tuple(one.modal for one in made), held[ALIKE].sets, held[ALIKE].phase, held[ALIKE].bay,
         _in_fours(residual.transpose(1, 0, 2), track, 1),
         answers, solid,
     )  # fmt: skip
