@@ -6,16 +6,10 @@ That a record has it as a map's cell does is shown in tests/properties/test_feat
 import pytest
 
 import wheeltapper as wt
+from tests import scenes
 from wheeltapper.describe.registry import registered_in
 
-BUMP = wt.Scenario(
-    vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),
-    contact=wt.Hertz(constant=1.405e11),
-    irregularity=wt.CosineBump(height="0.2 mm", length="50 mm", start=0.009),
-    rolling="point",
-    speed=9.0,
-    duration=0.05,
-)
+BUMP = scenes.BUMP.replaced({"duration": 0.05})
 
 
 def features():

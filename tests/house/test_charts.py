@@ -4,15 +4,8 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from tests.scenes import BUMP
 
-BUMP = wt.Scenario(
-    vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),
-    contact=wt.Hertz(constant=1.405e11),
-    irregularity=wt.CosineBump(height=2e-4, length=0.05, start=0.009),
-    rolling="point",
-    speed=9,
-    duration=0.12,
-)
 PAIR = [wt.features.impact_interval(), wt.features.force_ratio()]
 OVER = {"vehicle.damping": np.linspace(2e4, 8e4, 7), "vehicle.mass": np.linspace(600, 2100, 6)}
 

@@ -4,16 +4,9 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from tests.scenes import BUMP
 from wheeltapper.describe.registry import registered_in
 
-BUMP = wt.Scenario(
-    vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),
-    contact=wt.Hertz(constant=1.405e11),
-    irregularity=wt.CosineBump(height="0.2 mm", length="50 mm", start=0.009),
-    rolling="point",
-    speed=9.0,
-    duration=0.12,
-)
 FEATURES = [
     *(
         make(waves=40) if name == "growth_exponent" else make()  # its usual number of waves takes seconds

@@ -4,16 +4,10 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from tests import scenes
 from wheeltapper.lower.numbers import METHODS, Method
 
-BUMP = wt.Scenario(
-    vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),
-    contact=wt.Hertz(constant=1.405e11),
-    irregularity=wt.CosineBump(height="0.2 mm", length="50 mm", start=0.009),
-    rolling="point",
-    speed=9.0,
-    duration=0.06,
-)
+BUMP = scenes.BUMP.replaced({"duration": 0.06})
 
 
 def test_scaling_mass_load_suspension_and_contact_together_changes_nothing():

@@ -6,17 +6,10 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from tests.scenes import BUMP
 from wheeltapper.lower.lowered import balanced
 from wheeltapper.march import run
 
-BUMP = wt.Scenario(
-    vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),
-    contact=wt.Hertz(constant=1.405e11),
-    irregularity=wt.CosineBump(height=2e-4, length=0.05, start=0.009),
-    rolling="point",
-    speed=9,
-    duration=0.12,
-)
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 PAIR = [wt.features.impact_interval(), wt.features.force_ratio()]
 VARIED = {
