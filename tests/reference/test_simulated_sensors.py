@@ -123,6 +123,19 @@ def test_a_simulated_train_is_measured_as_it_was_loaded():
     assert "no sensors of forces, and not used: 'sunk'" in train.notes
 
 
+def test_a_sites_seats_count_from_its_own_zero():
+    """A run's seats count from its first sleeper; a site's seat lies at its number times the spacing."""
+    shifted = TRACK.model_copy(update={"first_sleeper": 1.2})
+    record = wt.simulate(
+        wt.Scenario(vehicle=WHEEL, track=shifted, contact=wt.Hertz(constant=HERTZ), speed=SPEED, duration=0.1)
+    )
+    pad = wt.sensors.PadForce(name="pad", seat=3, rate=RATE)
+    of_site = record.recordings(Site(sensors=[pad], spacing=SPACING))["pad"].samples
+    np.testing.assert_array_equal(of_site, record.recordings(pad.model_copy(update={"seat": 1}))["pad"].samples)
+    with pytest.raises(wt.InputError, match=r"^rate: found 1e\+15 per second"):
+        record.recordings(wt.sensors.ContactForce(x1=0.0, x2=1.0, rate=1e15))
+
+
 def test_sensors_of_both_rails_below_a_wagon_read_their_own_side():
     coach = wt.Scenario.from_toml("examples/coach_on_ballast.toml")
     held = {name: getattr(coach, name) for name in ("vehicle", "contact", "track", "creep", "speed")}

@@ -15,6 +15,7 @@ from wheeltapper.describe.site import Site
 from wheeltapper.ground.arguments import as_count, as_list
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import DECK, FLEXIBLE_TRACK
+from wheeltapper.lower import extent
 from wheeltapper.record.recordings.recording import Recording
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 SAME_PLACE = 1e-6
 """Largest distance between a stated place and a seat of the run's track, m."""
+COLUMNS = 16
+"""Numbers in memory for each sample, at least."""
 
 
 def recordings(record: Record, sensors: Any, seed: int | None = None) -> dict[str, Recording]:
@@ -38,7 +41,9 @@ def recordings(record: Record, sensors: Any, seed: int | None = None) -> dict[st
     random = None if seed is None else np.random.default_rng(seed)
     for rate in dict.fromkeys(sensor.rate for sensor in listed.values()):
         own = {name: sensor for name, sensor in listed.items() if sensor.rate == rate}
-        run = _Run(record, float(rate), [sensor for sensor in own.values() if isinstance(sensor, AlongTrack)])
+        along = [sensor for sensor in own.values() if isinstance(sensor, AlongTrack)]
+        extent.check_samples("rate", f"{rate:g} per second", record.end * rate + 1.0, COLUMNS)
+        run = _Run(record, float(rate), along, spacing)
         for name, sensor in own.items():
             samples, clipped = sensor.samples(_SeenBy(run, sensor, random))
             out[name] = Recording(
@@ -75,8 +80,8 @@ def _listed(record: Record, sensors: Any) -> tuple[dict[str, Sensor], float | No
 class _Run:
     """A run as sensors of one rate see it: what the track does is read once, for all of them."""
 
-    def __init__(self, record: Record, rate: float, along: Sequence[AlongTrack]) -> None:
-        self.record, self.rate, self.along = record, rate, along
+    def __init__(self, record: Record, rate: float, along: Sequence[AlongTrack], spacing: float | None) -> None:
+        self.record, self.rate, self.along, self.spacing = record, rate, along, spacing
 
     @cached_property
     def times(self) -> FloatArray:
@@ -84,10 +89,10 @@ class _Run:
         return np.arange(int(np.floor(self.record.end * self.rate * (1.0 + 1e-12))) + 1) / self.rate
 
     def seat_of(self, sensor: AtSeat) -> int:
-        """Return the number of the seat at which a sensor is."""
-        if sensor.seat is not None:
+        """Return the number of the seat at which a sensor is; a site counts seats from x = 0, a run from its first."""
+        if sensor.seat is not None and self.spacing is None:
             return sensor.seat
-        track, x = self.record.scenario.track, float(sensor.x or 0.0)
+        track, (x, _) = self.record.scenario.track, sensor.extent(self.spacing)
         seat = round((x - float(track.first_sleeper)) / float(track.spacing))
         nearest = float(track.first_sleeper) + seat * float(track.spacing)
         if abs(nearest - x) > SAME_PLACE:
