@@ -2,6 +2,7 @@
 
 import importlib
 import json
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -147,7 +148,7 @@ def test_a_place_that_the_run_does_not_have_is_refused(name, runs):
             runs["deck"].recordings(made(name))
     if issubclass(sensors()[name], AtSeat):
         kind = sensors()[name]
-        with pytest.raises(wt.InputError, match=r"^x: found 0.7 m, where no seat is; allowed: .* is at 0.6 m"):
+        with pytest.raises(wt.InputError, match=r"^x: found 0.7 m, where no seat is; allowed: .* is 0.6 m"):
             runs["rails"].recordings(kind(x=0.7))
         same = runs["rails"].recordings(kind(x=1.8)), runs["rails"].recordings(kind(seat=3))
         np.testing.assert_array_equal(*(one[kind.model_fields["kind"].default].samples for one in same))
@@ -156,6 +157,12 @@ def test_a_place_that_the_run_does_not_have_is_refused(name, runs):
 def test_the_decks_sensor_stands_apart_from_those_along_the_track():
     with pytest.raises(wt.InputError, match=r"^sensors\.0\.kind: found 'deck acceleration'; allowed: a kind along"):
         Site(sensors=[wt.sensors.DeckAcceleration(name="a")])
+    with pytest.raises(wt.InputError, match=r"^sensors\.0\.kind: found nothing; allowed: a kind along the track"):
+        Site(sensors=[{"name": "a", "seat": 3}])
+    with pytest.raises(wt.InputError, match=r"^sensors\.0\.type: found 'PadForc'; .*did you mean 'PadForce'"):
+        Site(sensors=[{"name": "a", "type": "PadForc", "seat": 3}])
+    with pytest.raises(wt.InputError, match=r"^sensors: found a PadForce; allowed: a list"):
+        Site(sensors=wt.sensors.PadForce(name="a", seat=1))
     with pytest.raises(wt.InputError, match=r"^sensor\.kind: found 'pad force'; allowed: 'deck acceleration'"):
         Site(sensor={"kind": "pad force", "seat": 1}, sensors=[wt.sensors.PadForce(name="a", x=0.0)])
     with pytest.raises(wt.InputError, match=r"^kind: found 'pad'; allowed: .*\(did you mean 'pad force'\?\)"):
@@ -164,12 +171,96 @@ def test_the_decks_sensor_stands_apart_from_those_along_the_track():
     assert Sensor().kind == DECK
 
 
+@pytest.mark.parametrize("name", TRACK)
+def test_a_site_with_it_is_changed_at_several_places_at_once(name):
+    site = site_of(made(name))
+    changed = site.replaced({"sensors.it.gain": 1.1, "sensors.it.gain_uncertainty": 0.02, "sensors.0.side": "left"})
+    assert changed.sensors == (made(name, gain=1.1, gain_uncertainty=0.02, side="left"),)
+    for table in (made(name).model_dump(exclude_unset=True), {"type": name, **sensors()[name].example, "name": "it"}):
+        assert Sensor.model_validate(table) == made(name)
+        assert Site(sensors=[table], spacing=0.6) == Site(sensor=[table], spacing=0.6) == site
+
+
+def test_a_kind_is_one_name_that_no_other_class_has():
+    with pytest.raises(wt.InputError, match=r"^kind: found 'pad force' of a SerialPad, beside that of a PadForce"):
+
+        class SerialPad(wt.sensors.PadForce):
+            serial: str = ""
+
+    with pytest.raises(wt.InputError, match=r"^kind: found no name of a NoKind; allowed: one name, as "):
+
+        class NoKind(AtSeat):
+            pass
+
+    with pytest.raises(wt.InputError, match=r"^quantity: found 'strain' of a Strained; allowed: deck acceleration, "):
+
+        class Strained(AtSeat):
+            quantity = "strain"
+            kind: Literal["rail strain"] = "rail strain"
+
+    assert [name for name in sensors() if name in ("SerialPad", "NoKind", "Strained")] == []
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (
+            lambda self, seen: np.zeros(3),
+            r"^true_values: found values of a geophone in the shape \(3,\); allowed: one ",
+        ),
+        (lambda self, seen: 3.0, r"^true_values: found values of a geophone in the shape \(\)"),
+        (AtSeat.true_values, r"^kind: found 'geophone', of which nobody says what it reads of a run"),
+    ],
+)
+def test_what_a_kind_of_ones_own_returns_is_checked(values, message, runs):
+    class Geophone(AtSeat):
+        """A geophone on a sleeper."""
+
+        kind: Literal["geophone"] = "geophone"
+        true_values = values
+
+    with pytest.raises(wt.InputError, match=message):
+        runs["rails"].recordings(Geophone(seat=0))
+
+
+def test_refusals_of_lengths_say_which_units_there_are(tmp_path):
+    with pytest.raises(wt.InputError, match=r"^unit: found 'mil'; allowed: m, mm, um, in \(length\), .*5 mm/V"):
+        wt.sensors.SleeperDisplacement(seat=1, unit="mil")
+    file = tmp_path / "sunk.csv"
+    file.write_text("t [s],sunk [mm]\n" + "\n".join(f"{i / 1e3},{i}" for i in range(20)), encoding="utf-8")
+    with pytest.raises(wt.InputError, match=r"unit: found the unit 'mm'; .*quantity='displacement' reads a length"):
+        wt.read_recording(file)
+    np.testing.assert_allclose(wt.read_recording(file, quantity="displacement").samples, 1e-3 * np.arange(20))
+    file.write_text("sunk\n" + "\n".join(str(i) for i in range(20)), encoding="utf-8")
+    gauge = wt.sensors.SleeperDisplacement(name="sunk", seat=1, rate=1e3)
+    with pytest.raises(wt.InputError, match=r'unit: found no unit, .*"mm", "0\.1 mm", "5 mm/V"'):
+        read_channels(file, Site(sensors=[gauge], spacing=0.6))
+
+
+def test_noise_is_drawn_for_each_sensor_by_itself(runs):
+    one, two = (wt.sensors.DeckAcceleration(name=name, noise=1e-3, rate=2e3) for name in ("one", "two"))
+    both, alone = runs["deck"].recordings([one, two], seed=3), runs["deck"].recordings(two, seed=3)
+    np.testing.assert_array_equal(both["two"].samples, alone["two"].samples)
+    assert np.abs(both["one"].samples - both["two"].samples).max() > 1e-3
+    plain = runs["deck"].recordings(two)["two"].samples
+    assert np.std(alone["two"].samples - plain) == pytest.approx(1e-3 * np.sqrt(1e3), rel=0.15)
+
+
+def test_a_filter_beyond_what_is_sampled_is_refused():
+    with pytest.raises(wt.InputError, match=r"^cutoff: found 8000 Hz; allowed: less than 8000 Hz, 4 times its rate"):
+        wt.sensors.DeckAcceleration(rate=2e3, cutoff=8e3)
+
+
 def test_what_cannot_be_simulated_is_refused(runs):
     gauges = {"x1": 0.1, "x2": 0.5}
     cases = {
         r"^sensors: found none": [], r"^sensors: found 3": 3, r"^sensors\.0: found 'a'": ["a"],
         r"^kind: found 'deck acceleration' on a Ballasted": wt.sensors.DeckAcceleration(),
         r"^sensors\.1\.name: found a second 'rail shear force'": [wt.sensors.RailShearForce(**gauges)] * 2,
+        r"^sensors\.b\.x: found 0.7 m, where no seat is; allowed: a seat's place; the nearest is 0.6 m": [
+            wt.sensors.PadForce(name="a", seat=1), wt.sensors.PadForce(name="b", x=0.7),
+        ],
+        r"^x: found 1e\+300 m, where no seat is": wt.sensors.PadForce(x=1e300),
         r"^spacing: found 0.65 m; allowed: 0.6 m": Site(sensors=[wt.sensors.PadForce(name="a", seat=1)], spacing=0.65),
     }  # fmt: skip
     for message, given in cases.items():

@@ -120,7 +120,7 @@ def test_a_simulated_train_is_measured_as_it_was_loaded():
     np.testing.assert_allclose(loads, [LOAD, 0.6 * LOAD], rtol=0.01)
     np.testing.assert_allclose([axle["speed"] for axle in train.axles], SPEED, rtol=0.02)
     assert train.axles[1]["place"] == pytest.approx(2.4, abs=0.05)
-    assert "no sensors of forces, and not used: 'sunk'" in train.notes
+    assert "no sensors of forces: not used, whether recorded or not: 'sunk'" in train.notes
 
 
 def test_a_sites_seats_count_from_its_own_zero():

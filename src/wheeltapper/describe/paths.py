@@ -18,7 +18,8 @@ Key = str | int
 def _names_of(items: tuple[Any, ...]) -> list[str]:
     """Return names of items of a list; a wheelset, which has a radius but no name, has its number from 1."""
     unnamed = [f"wheelset {i + 1}" if hasattr(item, "radius") else str(i) for i, item in enumerate(items)]
-    return [getattr(item, "name", name) for item, name in zip(items, unnamed, strict=True)]
+    named = (item.get("name") if isinstance(item, dict) else getattr(item, "name", None) for item in items)
+    return [name if own is None else own for own, name in zip(named, unnamed, strict=True)]
 
 
 def _child(value: Any, part: str) -> tuple[Key, Any] | None:

@@ -27,6 +27,8 @@ WRITTEN: dict[Quantity, str] = {
 """Units of each, for messages."""
 ALLOWED = "m/s^2, g (acceleration), N, kN, kip, lbf (force), or one of these per V, mV, mV/V, um/m"
 """Units that a recording may have, for messages."""
+LENGTHS = "m, mm, um, in (length), or one of these per V, mV, mV/V, um/m"
+"""The same of displacements."""
 Output = Literal["voltage", "ratio", "strain"]
 OUTPUTS: dict[Output, dict[str, float]] = {
     "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6},
@@ -113,7 +115,9 @@ def meaning_of(unit: object, asked: Quantity | None = None) -> Meaning:
     """
     found = _meaning(unit, asked) if isinstance(unit, str) else None
     if found is None or not 0.0 < abs(found.factor) < float("inf"):
-        raise InputError("", "unit", value_text(unit), f'{ALLOWED}; as "kN", "1.3 kN", "250 kN/V", "100 mV/g"')
+        allowed = f'{ALLOWED}; as "kN", "1.3 kN", "250 kN/V", "100 mV/g"'
+        displaced = f"{LENGTHS}; as {WRITTEN['displacement']}"
+        raise InputError("", "unit", value_text(unit), displaced if asked == "displacement" else allowed)
     return found
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,7 +19,7 @@ from wheeltapper.describe.noun import Noun, PositiveLength, Share, Spread
 from wheeltapper.describe.paths import changed_values, value_at
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table, write_toml
 from wheeltapper.describe.sensor.along import AlongTrack, AtSeat
-from wheeltapper.describe.sensor.base import DECK
+from wheeltapper.describe.sensor.base import DECK, Sensor
 from wheeltapper.describe.sensor.deck_acceleration import DeckAcceleration
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
@@ -44,9 +43,13 @@ def _complete_schema(schema: dict[str, Any]) -> None:
     schema["anyOf"] = [{"required": ["passage"]}, {"required": ["sensor"]}, {"required": ["sensors"]}]
 
 
-def _kinds_of(sensors: Sequence[Any]) -> list[Any]:
-    """Return the kinds of sensors, made or in tables."""
-    return [one.get("kind", DECK) if isinstance(one, dict) else getattr(one, "kind", DECK) for one in sensors]
+def _is_of_deck(sensor: Any) -> bool:
+    """Return whether a sensor, made or in a table, is that of a deck, as one is of which nothing else is said."""
+    if not isinstance(sensor, dict):
+        return not isinstance(sensor, AlongTrack)
+    called = sensor.get("type", Sensor.__name__)
+    named = sensor.get("kind", DECK) == DECK
+    return bool(called == DeckAcceleration.__name__ or (called == Sensor.__name__ and named))
 
 
 class Site(Noun):
@@ -103,19 +106,21 @@ class Site(Noun):
         if not isinstance(data, dict):
             return data
         along = data.get("sensors")
-        kinds = _kinds_of(along) if isinstance(along, list | tuple) else []
-        if DECK in kinds:
-            allowed = "a kind along the track; the deck's sensor is `sensor`"
-            raise InputError("", f"sensors.{kinds.index(DECK)}.kind", repr(DECK), allowed)
+        if isinstance(along, Sensor):
+            raise InputError("", "sensors", f"a {type(along).__name__}", "a list")
+        for number, one in enumerate(along if isinstance(along, list | tuple) else ()):
+            if isinstance(one, dict | Sensor) and _is_of_deck(one):
+                unsaid = isinstance(one, dict) and not {"kind", "type"} & {*one}
+                allowed = "a kind along the track; the deck's sensor is `sensor`"
+                raise InputError("", f"sensors.{number}.kind", "nothing" if unsaid else repr(DECK), allowed)
         if not isinstance(data.get("sensor"), list | tuple):
             return data
         if along:
             raise InputError("", "sensors", "more sensors besides a list of them in `sensor`", "one list")
-        kinds = _kinds_of(data["sensor"])
-        decks = [one for one, kind in zip(data["sensor"], kinds, strict=True) if kind == DECK]
+        decks = [one for one in data["sensor"] if _is_of_deck(one)]
         if len(decks) > 1:
             raise InputError("", "sensor", f"{len(decks)} sensors of the kind {DECK!r}", "one, on the deck")
-        others = [one for one, kind in zip(data["sensor"], kinds, strict=True) if kind != DECK]
+        others = [one for one in data["sensor"] if not _is_of_deck(one)]
         rest = {name: value for name, value in data.items() if name != "sensor"}
         return rest | {"sensors": others} | ({"sensor": decks[0]} if decks else {})
 

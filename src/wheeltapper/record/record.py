@@ -323,23 +323,26 @@ class Record(Shown):
 
         return track(self, rate, rail, seat)
 
-    def recordings(self, sensors: Site | Sensor | Sequence[Sensor], seed: int | None = None) -> dict[str, Recording]:
+    def recordings(
+        self, sensors: Site | str | Sensor | Sequence[Sensor], seed: int | None = None
+    ) -> dict[str, Recording]:  # fmt: skip
         """Return what sensors would have recorded of the run, from its start to its end.
 
         Parameters
         ----------
         sensors
-            A site, whose sensors along the track are simulated, and that of its deck if the run has a deck; or one
-            sensor or several. They are on the track of the run: places are those of the scenario. Below a wagon each
-            has a `side`; below other vehicles both rails are alike.
+            A site or the path of its file, whose sensors along the track are simulated, and that of its deck if the run
+            has a deck; or one sensor or several. They are on the track of the run: places are those of the scenario. A
+            site's seats are found by their places, those of sensors alone by the run's numbers. Below a wagon each has
+            a `side`; below other vehicles both rails are alike.
         seed
             Of the noise of a deck's sensor. By default there is none.
 
         Returns
         -------
         dict
-            A `Recording` for each sensor, by its name, or its kind if it has none, as `diagnosis.measure_trains` and
-            `diagnose` take them. A force is the true one times the sensor's gain.
+            A `Recording` for each sensor, by its name, or its kind if it has none, as `diagnosis.measure_trains` takes
+            them; `diagnose` takes that of a deck. A force is the true one times the sensor's gain.
 
         Raises
         ------

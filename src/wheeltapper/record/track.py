@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.sensor.along import FARTHEST_SEAT
 from wheeltapper.ground.arguments import as_list, as_quantity
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.warned import warn_caller
@@ -144,6 +145,8 @@ def _as_seats(given: Any) -> list[int]:
     for i, number in enumerate(seats):
         if isinstance(number, bool) or not isinstance(number, int | np.integer):
             raise InputError("", f"seat.{i}", value_text(number), "a whole number: the seat at first_sleeper is 0")
+        if abs(int(number)) > FARTHEST_SEAT:
+            raise InputError("", f"seat.{i}", value_text(number), f"at most {FARTHEST_SEAT} to either side")
     return [int(number) for number in seats]
 
 

@@ -13,6 +13,9 @@ from wheeltapper.describe.sensitivity import WRITTEN, Bridge, Quantity, meaning_
 from wheeltapper.describe.sensor.base import FloatArray, Seen, Sensor
 from wheeltapper.ground.errors import InputError
 
+FARTHEST_SEAT = 1_000_000
+"""Largest number of a seat."""
+
 
 class AlongTrack(Sensor, abstract=True):
     """A sensor along the track, on one rail or on both.
@@ -63,8 +66,8 @@ class AlongTrack(Sensor, abstract=True):
 
     @property
     def rail_places(self) -> tuple[float, ...]:
-        """Where along the rail it reads something, m."""
-        return self.ends or ()
+        """Where along the rail it reads what the track does, m."""
+        return ()
 
     def extent(self, spacing: float | None) -> tuple[float, float]:
         """Return where the part of the track that it reads begins and ends, m; `spacing` is that of the seats, m."""
@@ -72,11 +75,15 @@ class AlongTrack(Sensor, abstract=True):
 
     def true_values(self, seen: Seen) -> FloatArray:
         """Return what it would read of a run if its gain were 1, in SI units, (times,)."""
-        raise NotImplementedError
+        found = f"{self.kind!r}, of which nobody says what it reads of a run"
+        raise InputError("", "kind", found, "a method `true_values`")
 
     def samples(self, seen: Seen) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return what it would have recorded of a run, in SI units; no sample is clipped."""
-        values = self.gain * self.true_values(seen)
+        values = self.gain * np.asarray(self.true_values(seen), dtype=float)
+        if values.shape != seen.times.shape:
+            found = f"values of a {self.kind} in the shape {values.shape}"
+            raise InputError("", "true_values", found, f"one for each of the {len(seen.times)} times")
         return values, np.zeros(len(values), dtype=bool)
 
 
@@ -126,13 +133,14 @@ class AtSeat(AlongTrack, abstract=True):
     x
         Position along the track of the seat, m.
     seat
-        Number of the seat, instead of x: it lies at this times the site's spacing.
+        Number of the seat, instead of x: it lies at this times the site's spacing. Without a site it is a run's own
+        seat, of which number 0 is at the track's `first_sleeper`.
     """
 
     place_words: ClassVar[str] = "x or seat"
     example: ClassVar[dict[str, Any]] = {"seat": 3}
     x: Length | None = None
-    seat: int | None = None
+    seat: int | None = Field(default=None, ge=-FARTHEST_SEAT, le=FARTHEST_SEAT)
 
     @model_validator(mode="after")
     def _check_place(self) -> AtSeat:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Final, Protocol, Self
+from typing import Any, ClassVar, Final, Protocol, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from pydantic_core import CoreSchema
 from wheeltapper.describe.choice import union_of_nouns
 from wheeltapper.describe.noun import Frequency, Noun
 from wheeltapper.describe.registry import is_abstract, makeable_nouns
-from wheeltapper.describe.sensitivity import Quantity
+from wheeltapper.describe.sensitivity import QUANTITIES, Quantity
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 
 FloatArray = NDArray[np.float64]
@@ -77,6 +77,28 @@ class Sensor(Noun, abstract=True):
     column: int | str | None = None
     rate: Frequency = 20_000.0
 
+    @classmethod
+    def __pydantic_init_subclass__(cls, *, abstract: bool = False, **options: Any) -> None:
+        if not abstract:
+            cls._check_kind()
+        super().__pydantic_init_subclass__(abstract=abstract, **options)
+
+    @classmethod
+    def _check_kind(cls) -> None:
+        """Refuse a class whose kind is not one name that no other has, or whose quantity is unknown."""
+        field, others = cls.model_fields["kind"], makeable_nouns(Sensor)
+        if get_args(field.annotation) != (field.default,):
+            allowed = 'one name, as `kind: Literal["rail strain"] = "rail strain"`'
+            raise InputError("", "kind", f"no name of a {cls.__name__}", allowed)
+        taken = {one.model_fields["kind"].default: one.__name__ for one in others}
+        if taken.get(field.default, cls.__name__) != cls.__name__:
+            found = f"{field.default!r} of a {cls.__name__}, beside that of a {taken[field.default]}"
+            raise InputError("", "kind", found, "a name that is not taken")
+        if getattr(cls, "quantity", None) not in QUANTITIES:
+            raise InputError(
+                "", "quantity", f"{getattr(cls, 'quantity', None)!r} of a {cls.__name__}", ", ".join(QUANTITIES)
+            )
+
     def __new__(cls, *_: Any, **fields: Any) -> Self:
         """Make a sensor of the kind that is stated."""
         return super().__new__(cls._chosen(fields))
@@ -97,9 +119,12 @@ class Sensor(Noun, abstract=True):
         if not is_abstract(cls):
             return cls
         kinds: dict[str, type[Self]] = {one.model_fields["kind"].default: one for one in makeable_nouns(cls)}
-        called = next((one for one in kinds.values() if one.__name__ == fields.get("type")), None)
-        if called is not None or "kind" not in fields:
-            return called or kinds.get(DECK, cls)
+        called = {Sensor.__name__: None, **{one.__name__: one for one in kinds.values()}}
+        name = fields.get("type", Sensor.__name__)
+        if not isinstance(name, str) or name not in called:
+            raise InputError("", "type", value_text(name), with_suggestion(str(name), called))
+        if (own := called[name]) is not None or "kind" not in fields:
+            return own or kinds.get(DECK, cls)
         kind = fields["kind"]
         if isinstance(kind, str) and kind in kinds:
             return kinds[kind]
@@ -127,7 +152,7 @@ class Sensor(Noun, abstract=True):
         for name in idle if data.get("kind", kind) == kind else ():
             if data[name] not in (None, defaults[name]):
                 raise InputError("", name, f"it for a sensor of the kind {kind!r}", cls._field_words())
-        return {name: value for name, value in data.items() if name not in idle}
+        return {"kind": kind} | {name: value for name, value in data.items() if name not in idle}
 
     @classmethod
     def _field_words(cls) -> str:
@@ -144,4 +169,6 @@ class Sensor(Noun, abstract=True):
 
     def samples(self, seen: Seen) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return what it would have recorded of a run, in SI units, and which samples are clipped."""
-        raise NotImplementedError
+        raise InputError(
+            "", "kind", f"{self.kind!r}, of which nobody says what it reads of a run", "a method `samples`"
+        )

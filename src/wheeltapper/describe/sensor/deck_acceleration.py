@@ -7,11 +7,12 @@ from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import Frequency, NoiseDensity, PositiveAcceleration, SignedAcceleration
 from wheeltapper.describe.sensitivity import Quantity
 from wheeltapper.describe.sensor.base import DECK, FloatArray, Seen, Sensor
+from wheeltapper.ground.errors import InputError
 
 OVERSAMPLED = 8
 """The filter is computed at this multiple of the sample rate, where it is close to the analogue filter that it stands
@@ -47,6 +48,13 @@ class DeckAcceleration(Sensor):
     order: int = Field(default=8, ge=1, le=12)
     offset: SignedAcceleration = 0.0
     drift: float = 0.0
+
+    @model_validator(mode="after")
+    def _check_cutoff(self) -> DeckAcceleration:
+        if self.cutoff is not None and not self.cutoff < 0.5 * OVERSAMPLED * self.rate:
+            allowed = f"less than {0.5 * OVERSAMPLED * self.rate:g} Hz, {OVERSAMPLED // 2} times its rate"
+            raise InputError("", "cutoff", f"{self.cutoff:g} Hz", allowed)
+        return self
 
     def filtered(self, samples: FloatArray, finer: int = 1) -> FloatArray:
         """Return samples behind the filter, at the sensor's rate; before the first sample all is at rest.

@@ -15,6 +15,11 @@ class RailShearForce(BetweenPlaces):
 
     kind: Literal["rail shear force"] = "rail shear force"
 
+    @property
+    def rail_places(self) -> tuple[float, ...]:
+        """Of both gauges, m."""
+        return self.ends
+
     def true_values(self, seen: Seen) -> FloatArray:
         """Return the difference of the two shear forces, N."""
         behind, ahead = seen.at_places("rail_shear")

@@ -125,7 +125,8 @@ def read_channels(
             raise InputError(str(path), twice, f"a channel that is also in {found[twice].source}", "one file for each")
         found |= here
     source = str(paths[0]) if len(paths) == 1 else ""
-    _check_enough(site.sensors, found, source, f"; there are {'; '.join(columns[:MOST])}")
+    weighing = [one for one in site.sensors if one.quantity == "force"] or [*site.sensors]
+    _check_enough(weighing, found, source, f"; there are {'; '.join(columns[:MOST])}")
     return found
 
 
@@ -165,7 +166,7 @@ def channels_of(recordings: Mapping[str, Recording] | Iterable[str | Path] | str
 def unused_sensors(site: Site) -> list[str]:
     """Return a note on the sensors that say nothing of forces."""
     others = [repr(one.name) for one in site.sensors if one.quantity != "force"]
-    return [f"no sensors of forces, and not used: {', '.join(others)}"] if others else []
+    return [f"no sensors of forces: not used, whether recorded or not: {', '.join(others)}"] if others else []
 
 
 def _channel(sensor: AlongTrack, recording: Recording, site: Site) -> Channel:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.sensor.along import AlongTrack, AtSeat
+from wheeltapper.describe.sensor.along import FARTHEST_SEAT, AlongTrack, AtSeat
 from wheeltapper.describe.sensor.base import Sensor
-from wheeltapper.describe.site import Site
+from wheeltapper.describe.site import Site, as_any_site
 from wheeltapper.ground.arguments import as_count, as_list
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import DECK, FLEXIBLE_TRACK
@@ -38,19 +41,36 @@ def recordings(record: Record, sensors: Any, seed: int | None = None) -> dict[st
     if spacing is not None and FLEXIBLE_TRACK in record.scenario.needs and abs(spacing - track.spacing) > SAME_PLACE:
         raise InputError("", "spacing", f"{spacing:g} m", f"{track.spacing:g} m, the distance of the run's seats")
     out: dict[str, Recording] = {}
-    random = None if seed is None else np.random.default_rng(seed)
     for rate in dict.fromkeys(sensor.rate for sensor in listed.values()):
         own = {name: sensor for name, sensor in listed.items() if sensor.rate == rate}
         along = [sensor for sensor in own.values() if isinstance(sensor, AlongTrack)]
         extent.check_samples("rate", f"{rate:g} per second", record.end * rate + 1.0, COLUMNS)
         run = _Run(record, float(rate), along, spacing)
         for name, sensor in own.items():
-            samples, clipped = sensor.samples(_SeenBy(run, sensor, random))
+            with _named(name, len(listed) > 1):
+                run.check_seat(sensor)
+        for name, sensor in own.items():
+            with _named(name, len(listed) > 1):
+                samples, clipped = sensor.samples(_SeenBy(run, sensor, _random(name, seed)))
             out[name] = Recording(
                 samples, float(rate), sensor.quantity, clipped=clipped, speed=float(record.scenario.speed),
                 source=f"simulated: {name}",
             )  # fmt: skip
     return {name: out[name] for name in listed}
+
+
+@contextmanager
+def _named(name: str, several: bool) -> Iterator[None]:
+    """Let a refusal say which of several sensors it is about."""
+    try:
+        yield
+    except InputError as error:
+        raise error.within(f"sensors.{name}") if several else error from None
+
+
+def _random(name: str, seed: int | None) -> np.random.Generator | None:
+    """Return what draws a sensor's noise, which is the same whatever other sensors there are."""
+    return None if seed is None else np.random.default_rng([seed, crc32(name.encode())])
 
 
 def _listed(record: Record, sensors: Any) -> tuple[dict[str, Sensor], float | None]:
@@ -59,6 +79,8 @@ def _listed(record: Record, sensors: Any) -> tuple[dict[str, Sensor], float | No
     Of a site those along the track; that of the deck, where there is one, in front.
     """
     spacing = None
+    if isinstance(sensors, str | Path):
+        sensors = as_any_site(sensors)
     if isinstance(sensors, Site):
         deck = [sensors.sensor] if sensors.passage is not None and DECK in record.scenario.needs else []
         given, spacing = [*deck, *sensors.sensors], sensors.spacing
@@ -82,6 +104,7 @@ class _Run:
 
     def __init__(self, record: Record, rate: float, along: Sequence[AlongTrack], spacing: float | None) -> None:
         self.record, self.rate, self.along, self.spacing = record, rate, along, spacing
+        self._track: xr.Dataset | None = None
 
     @cached_property
     def times(self) -> FloatArray:
@@ -95,20 +118,26 @@ class _Run:
         track, (x, _) = self.record.scenario.track, sensor.extent(self.spacing)
         seat = round((x - float(track.first_sleeper)) / float(track.spacing))
         nearest = float(track.first_sleeper) + seat * float(track.spacing)
-        if abs(nearest - x) > SAME_PLACE:
-            raise InputError("", "x", f"{x:g} m, where no seat is", f"a seat's place; the nearest is at {nearest:g} m")
+        field, found = ("x", f"{x:.9g} m") if sensor.seat is None else ("seat", f"{sensor.seat}, at {x:.9g} m")
+        if not abs(nearest - x) <= SAME_PLACE or abs(seat) > FARTHEST_SEAT:
+            raise InputError("", field, f"{found}, where no seat is", f"a seat's place; the nearest is {nearest:.9g} m")
         return seat
 
-    @cached_property
+    def check_seat(self, sensor: Sensor) -> None:
+        """Refuse a place at which the run's track has no seat."""
+        if isinstance(sensor, AtSeat) and FLEXIBLE_TRACK in self.record.scenario.needs:
+            self.seat_of(sensor)
+
     def track(self) -> xr.Dataset:
-        """What the track does at the places of all sensors."""
-        needs = self.record.scenario.needs
-        if FLEXIBLE_TRACK not in needs:
+        """Return what the track does at the places of all sensors."""
+        if FLEXIBLE_TRACK not in self.record.scenario.needs:
             kind = type(self.record.scenario.track).__name__
             raise InputError("", "track", f"a {kind}, of which nothing is read", "rails on sleepers or on a slab")
-        places = {x for sensor in self.along for x in sensor.rail_places}
-        seats = {self.seat_of(sensor) for sensor in self.along if isinstance(sensor, AtSeat)}
-        return self.record.track(self.rate, sorted(places), sorted(seats))
+        if self._track is None:
+            places = {x for sensor in self.along for x in sensor.rail_places}
+            seats = {self.seat_of(sensor) for sensor in self.along if isinstance(sensor, AtSeat)}
+            self._track = self.record.track(self.rate, sorted(places), sorted(seats))
+        return self._track
 
     @cached_property
     def forces(self) -> xr.DataArray:
@@ -141,10 +170,11 @@ class _SeenBy:
 
     def at_places(self, name: str) -> FloatArray:
         """Return a variable of `Record.track` at the sensor's `rail_places`, or at its seat, (places, times)."""
-        if name not in self._run.track:
+        track = self._run.track()
+        if name not in track:
             found = f"{self._sensor.kind!r} on a {type(self._run.record.scenario.track).__name__}"
             raise InputError("", "kind", found, f"a kind that its track shows, which has no {name}")
-        read, sensor = self._of_its_rail(self._run.track[name]), self._sensor
+        read, sensor = self._of_its_rail(track[name]), self._sensor
         if isinstance(sensor, AtSeat):
             read = read.sel(seat=[self._run.seat_of(sensor)])
         elif isinstance(sensor, AlongTrack):

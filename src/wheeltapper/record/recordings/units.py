@@ -6,8 +6,10 @@ import re
 
 from wheeltapper.describe.sensitivity import (
     ALLOWED,
+    LENGTHS,
     QUANTITIES,
     UNKNOWN,
+    WRITTEN,
     Bridge,
     Meaning,
     Quantity,
@@ -80,6 +82,10 @@ def column_meaning(
     own, put_out = quantity_of(in_file, quantity) if in_file else None, output_of(in_file)
     if stated is None and own is None:
         found = f"the unit {in_file!r}" if in_file else "no unit, in the file or as argument"
+        if quantity == "displacement":
+            raise InputError("", "unit", found, f"{LENGTHS}; or unit = one of {WRITTEN[quantity]}")
+        if in_file and quantity_of(in_file, "displacement"):
+            raise InputError("", "unit", found, f"{ALLOWED}; quantity='displacement' reads a length")
         if put_out is not None:
             found += ", of what a sensor puts out"
             raise InputError("", "unit", found, f'{ALLOWED}: its sensitivity, as unit="250 kN/V" or "100 mV/g"')
