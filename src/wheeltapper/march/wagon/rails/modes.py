@@ -21,15 +21,7 @@ from wheeltapper.march.general.contract import Bodies, Contact, Law, Method, Por
 from wheeltapper.march.general.layout import BEGIN, IM, RE
 from wheeltapper.march.general.modal import add_turned_back, read_modes, turn, turned, write_modes
 from wheeltapper.march.general.structure import Ring
-from wheeltapper.march.general.tables import (
-    KEPT_BYTES,
-    ModalTables,
-    TrackTables,
-    Units,
-    longest_step,
-    track_tables,
-    without_bodies,
-)
+from wheeltapper.march.general.tables import KEPT_BYTES, TrackTables, Units, longest_step, track_tables, without_bodies
 from wheeltapper.march.wagon.assembly import HALF
 from wheeltapper.march.wagon.whole_steps import answers_at_nodes, packed_nodes
 
@@ -105,7 +97,7 @@ class RailTables(NamedTuple):
     """
 
     grid: tables.Grid
-    ways: tuple[ModalTables, ...]
+    ways: tuple[tables.ModalTables, ...]
     sets: IntArray
     phase: IntArray
     bay: IntArray
