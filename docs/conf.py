@@ -55,8 +55,9 @@ def as_written(app: Any, what: str, name: str, obj: Any, options: Any, lines: li
 
 
 def at_the_front_door(app: Any, what: str, name: str, obj: Any, skip: bool, options: Any) -> bool | None:
-    """Leave out of a room's page what has a page of its own."""
-    return True if what == "module" and getattr(wheeltapper, name, None) is obj else None
+    """Leave out of a room's page what has a page of its own, and of the diagnosis what is of a sensor."""
+    of_a_sensor = getattr(wheeltapper.sensors, name, None) is obj and not app.env.docname.endswith("sensors")
+    return True if what == "module" and (getattr(wheeltapper, name, None) is obj or of_a_sensor) else None
 
 
 def setup(app: Any) -> None:
