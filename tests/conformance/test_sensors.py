@@ -167,6 +167,9 @@ def test_the_decks_sensor_stands_apart_from_those_along_the_track():
         Site(sensor={"kind": "pad force", "seat": 1}, sensors=[wt.sensors.PadForce(name="a", x=0.0)])
     with pytest.raises(wt.InputError, match=r"^kind: found 'pad'; allowed: .*\(did you mean 'pad force'\?\)"):
         Sensor(kind="pad")
+    for typed in ({}, {"type": "Sensor"}):
+        with pytest.raises(wt.InputError, match=r"^x1: found no places of a contact force; allowed: x1 and x2, "):
+            Sensor.model_validate({"kind": "contact force", **typed})
     assert type(Sensor()) is wt.sensors.DeckAcceleration
     assert Sensor().kind == DECK
 

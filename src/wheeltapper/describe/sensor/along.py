@@ -71,7 +71,7 @@ class AlongTrack(Sensor, abstract=True):
 
     def extent(self, spacing: float | None) -> tuple[float, float]:
         """Return where the part of the track that it reads begins and ends, m; `spacing` is that of the seats, m."""
-        raise NotImplementedError
+        raise InputError("", "kind", f"{self.kind!r}, of which nobody says where it is", "a method `extent`")
 
     def true_values(self, seen: Seen) -> FloatArray:
         """Return what it would read of a run if its gain were 1, in SI units, (times,)."""
@@ -104,7 +104,7 @@ class BetweenPlaces(AlongTrack, abstract=True):
     @model_validator(mode="before")
     @classmethod
     def _check_places_given(cls, data: Any) -> Any:
-        known = isinstance(data, dict) and set(data) <= set(cls.model_fields)  # another name explains what is missing
+        known = isinstance(data, dict) and {*data} <= {*cls.model_fields, "type"}  # else the wrong name is told
         if known and (data.get("x1") is None or data.get("x2") is None):
             raise InputError("", "x1", f"no places of a {cls.model_fields['kind'].default}", cls._field_words())
         return data
