@@ -185,7 +185,7 @@ def noise_of(recording: Recording, sensor: DeckAcceleration) -> float:
     The estimate is the median of the modulus of the sixth differences, which contain hardly any signal, scaled.
     """
     if sensor.noise > 0.0:
-        return float(sqrt(sensor.noise**2 * recording.rate / 2.0 + sensor.step**2 / 12.0))
+        return sensor.spread(recording.rate)
     differences = np.diff(np.where(recording.clipped, np.nan, recording.samples), ORDER)
     differences = differences[np.isfinite(differences)]
     if len(differences) == 0:

@@ -229,9 +229,9 @@ class Plan:
         noise: float | None, rate: float | None,
     ) -> Plan:  # fmt: skip
         """Return the plan; refuse wrong arguments."""
-        sensor = site.sensor.model_copy(update={"rate": float(rate or site.sensor.rate)})
-        density = sensor.noise if noise is None else noise / np.sqrt(0.5 * site.sensor.rate)
-        spread = float(np.hypot(density * np.sqrt(0.5 * sensor.rate), sensor.step / np.sqrt(12.0)))
+        density = site.sensor.noise if noise is None else noise / np.sqrt(0.5 * site.sensor.rate)
+        sensor = site.sensor.model_copy(update={"rate": float(rate or site.sensor.rate), "noise": density})
+        spread = sensor.spread(sensor.rate)
         if not spread > 0.0:
             raise InputError("", "sensor.noise", f"{sensor.noise:g}", "a positive density, m/s²/√Hz, or noise = …")
         for path in (*parameters, *(path for group in together for path in group)):
