@@ -8,8 +8,9 @@ from typing import Any
 import wheeltapper
 from wheeltapper._version import __version__
 
-sys.path.insert(0, str(Path(__file__).parent))  # for abilities, gallery_figures and kinds
+sys.path.insert(0, str(Path(__file__).parent))  # for abilities, gallery_figures, kinds and paper_figures
 import abilities
+import paper_figures
 
 project = "wheeltapper"
 copyright = "The wheeltapper developers"
@@ -61,7 +62,8 @@ def at_the_front_door(app: Any, what: str, name: str, obj: Any, skip: bool, opti
 
 
 def setup(app: Any) -> None:
-    """Write the page that is made of data, and connect the hooks."""
+    """Write what is made of data and of runs, and connect the hooks."""
     abilities.PAGE.write_text(abilities.page(), encoding="utf-8")
+    paper_figures.draw_missing()
     app.connect("autodoc-process-docstring", as_written)
     app.connect("autodoc-skip-member", at_the_front_door)

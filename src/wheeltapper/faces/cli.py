@@ -234,7 +234,9 @@ def wear(
 
 
 @app.command
-def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None) -> int:
+def paper(
+    *which: str, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None, page: Path | None = None
+) -> int:  # fmt: skip
     """Measure the claims of the paper: confirmed, within limits, or contradicted.
 
     Parameters
@@ -243,20 +245,27 @@ def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output"
         all (the default), a figure (fig2, deck, missed …) or a claim (C08).
     output
         Write the table of measures (claims.csv) and the figures into this folder; it is created if it does not exist.
+        A later call goes on with what is there.
+    page
+        Write a page of documentation with each claim, its verdict and its numbers.
     """
-    import warnings
-
+    from wheeltapper.diagnosis.processes import ProcessError
     from wheeltapper.faces.paper.run import chosen_claims, measure_claims
     from wheeltapper.ground.progress import progress_shown
-    from wheeltapper.ground.warned import ModelWarning
 
     names = list(which) or ["all"]
     chosen_claims(names)
     if output is not None:
         make_folder(output)
-    with warnings.catch_warnings(), progress_shown(True, "claims"):
-        warnings.simplefilter("ignore", ModelWarning)  # the point follower of the paper, on purpose
-        return measure_claims(names, output)
+    if page is not None:
+        check_target("--page", page, (".rst",))
+    try:
+        with progress_shown(True, "claims"):
+            return measure_claims(names, output, page)
+    except (KeyboardInterrupt, OSError, ProcessError) as stop:
+        kept = f"what is measured is in {output}; the same command goes on" if output else "nothing was kept"
+        print(f"wheeltapper: {str(stop) or 'interrupted'}; {kept}", file=sys.stderr)
+        return NOT_FINISHED
 
 
 @app.command

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from math import inf
+from typing import NamedTuple
 
 
 class Kind(StrEnum):
@@ -22,8 +23,10 @@ class Verdict(StrEnum):
 
     CONFIRMED = "confirmed"
     LIMITED = "confirmed within limits"
+    FITTED = "fitted"
     CONTRADICTED = "contradicted"
     NOT_STATED = "not stated in the paper"
+    UNMEASURED = "not measured"
     FAILED = "failed"
 
 
@@ -32,6 +35,8 @@ WORDS: dict[str, tuple[float, float]] = {
     "about": (0.9, 1.1), "almost identical": (0.9, 1.1), "practically identical": (0.95, 1.05),
     "slightly above": (1.0, 1.1), "as much as": (1.0, inf), "small": (0.0, 0.25), "very small": (0.0, 0.1),
     "practically none": (0.0, 0.01), "not zero": (1e-3, inf), "linearly proportional": (0.99, 1.0),
+    "significantly less": (0.0, 0.5), "impossible to attenuate": (0.9, inf), "overlays": (0.0, 0.1),
+    "decreases": (0.0, 0.9), "very similar": (0.9, 1.0),
     "sensitive": (0.5, inf), "in most cases": (0.5, 1.0), "almost parallel": (0.0, 15.0), "in phase": (-15.0, 15.0),
     "in antiphase": (165.0, 180.0), "move in phase": (0.8, 1.0), "not in phase": (-0.5, 0.5),
 }  # fmt: skip
@@ -79,6 +84,18 @@ def program(which: str) -> Source:
     return Source(Kind.PROGRAM, which)
 
 
+class Case(NamedTuple):
+    """A condition in which the words of a claim are measured."""
+
+    name: str = ""
+    own: bool = True
+    """Whether the paper states it. Where the paper is silent it may have several cases, which are its readings."""
+
+
+STATED = Case()
+"""What the paper states, without a choice."""
+
+
 @dataclass(frozen=True)
 class Measure:
     """One measured quantity of a claim."""
@@ -92,6 +109,9 @@ class Measure:
     """Why the bounds are wider than rounding needs."""
     refutes: bool = False
     """Whether the value is known to lie outside the paper's bounds."""
+    case: Case = STATED
+    fitted: bool = False
+    """Whether a parameter was chosen so that the value lies in the bounds."""
 
     @property
     def inside(self) -> bool:
@@ -100,8 +120,8 @@ class Measure:
 
     @property
     def holds(self) -> bool:
-        """Whether the value lies where it is known to lie."""
-        return self.inside != self.refutes
+        """Whether the value lies in the bounds, or is known to lie outside the paper's."""
+        return self.inside or self.refutes
 
     @property
     def expected(self) -> str:
@@ -116,22 +136,29 @@ class Measure:
 
     @property
     def mark(self) -> str:
-        """PASS, REFUTES where the value is known to contradict the paper, or FAIL."""
-        return ("REFUTES" if self.refutes else "PASS") if self.holds else "FAIL"
+        """PASS, REFUTES where the value is known to contradict the paper, AGREES where it no longer does, or FAIL."""
+        if self.refutes:
+            return "AGREES" if self.inside else "REFUTES"
+        return "PASS" if self.inside else "FAIL"
 
     def __str__(self) -> str:
         why = f" ({self.why})" if self.why else ""
-        return f"{self.mark}  {self.quantity}: {self.value:.6g}, expected {self.expected}{why}; {self.source}"
+        where = f" [{self.case.name}]" if self.case.name else ""
+        return f"{self.mark}  {self.quantity}{where}: {self.value:.6g}, expected {self.expected}{why}; {self.source}"
 
 
-def said(words: str, where: str, quantity: str, value: float, refutes: bool = False) -> Measure:
+def said(
+    words: str, where: str, quantity: str, value: float, refutes: bool = False, case: Case = STATED,
+    fitted: bool = False,
+) -> Measure:  # fmt: skip
     """Return a measure of the paper's own words; `refutes` where the value is known to contradict them."""
-    return Measure(quantity, value, *WORDS[words], Source(Kind.PAPER, f"{where}, “{words}”"), refutes=refutes)
+    source = Source(Kind.PAPER, f"{where}, “{words}”")
+    return Measure(quantity, value, *WORDS[words], source, refutes=refutes, case=case, fitted=fitted)
 
 
-def printed(where: str, quantity: str, value: float, low: float, high: float) -> Measure:
+def printed(where: str, quantity: str, value: float, low: float, high: float, case: Case = STATED) -> Measure:
     """Return a measure of a range that the paper prints."""
-    return Source(Kind.PAPER, where).within(quantity, value, low, high)
+    return Measure(quantity, value, low, high, Source(Kind.PAPER, where), case=case)
 
 
 @dataclass(frozen=True)
@@ -143,7 +170,9 @@ class Claim:
     sentence: str
     measure: Callable[[], Iterator[Measure]]
     but: str = ""
-    """The limits within which it is confirmed, or what contradicts it."""
+    """The limits within which it is confirmed, what contradicts it, what was fitted, or why it is not measured."""
+    section: int = 0
+    """Section of the paper, where no measure of its words says it."""
 
 
 CLAIMS: dict[str, Claim] = {}
@@ -151,27 +180,63 @@ CLAIMS: dict[str, Claim] = {}
 
 
 def claim(
-    number: str, figure: str, sentence: str, but: str = ""
+    number: str, figure: str, sentence: str, but: str = "", section: int = 0
 ) -> Callable[[Callable[[], Iterator[Measure]]], Callable[[], Iterator[Measure]]]:
     """Register a function that measures a claim."""
 
     def register(function: Callable[[], Iterator[Measure]]) -> Callable[[], Iterator[Measure]]:
-        CLAIMS[number] = Claim(number, figure, sentence, function, but)
+        CLAIMS[number] = Claim(number, figure, sentence, function, but, section)
         return function
 
     return register
 
 
+def statement(number: str, section: int, sentence: str, why_not: str) -> None:
+    """Register a statement of the paper that nothing measures."""
+    CLAIMS[number] = Claim(number, "", sentence, lambda: iter(()), why_not, section)
+
+
 def judged(measures: Iterable[Measure]) -> Verdict:
     """Return what the measures say of their claim.
 
-    Measures of the paper's words decide: it is confirmed if all values lie in their bounds, contradicted if none does,
-    and confirmed within limits otherwise. It has failed where any measure does not hold.
+    Measures of the paper's words decide. A claim is contradicted unless some reading of the paper's own condition meets
+    all its words; it is confirmed if all values lie in their bounds, also in other conditions, and confirmed within
+    limits otherwise. Where a parameter was chosen by the words it is fitted. It has failed where one does not hold.
     """
     found = list(measures)
+    if not found:
+        return Verdict.UNMEASURED
     if not all(one.holds for one in found):
         return Verdict.FAILED
-    inside = [one.inside for one in found if one.source.kind is Kind.PAPER]
-    if not inside:
+    words = [one for one in found if one.source.kind is Kind.PAPER]
+    if not words:
         return Verdict.NOT_STATED
-    return Verdict.CONFIRMED if all(inside) else Verdict.LIMITED if any(inside) else Verdict.CONTRADICTED
+    own = [one for one in words if one.case.own]
+    readings = {one.case for one in own} - {STATED} or {STATED}
+    if not any(all(one.inside for one in own if one.case in (STATED, reading)) for reading in readings):
+        return Verdict.CONTRADICTED
+    if any(one.fitted for one in own):
+        return Verdict.FITTED
+    return Verdict.CONFIRMED if all(one.inside for one in words) else Verdict.LIMITED
+
+
+class Found(NamedTuple):
+    """What was found of a claim."""
+
+    claim: Claim
+    measures: list[Measure]
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the measures say."""
+        return judged(self.measures)
+
+    @property
+    def section(self) -> int:
+        """The section of the paper in which the claim stands."""
+        return int(self.words[0].source.where.removeprefix("section ")[0]) if self.words else self.claim.section
+
+    @property
+    def words(self) -> list[Measure]:
+        """The measures of the paper's words."""
+        return [one for one in self.measures if one.source.kind is Kind.PAPER]

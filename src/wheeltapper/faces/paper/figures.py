@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,9 +24,11 @@ from wheeltapper.faces.paper import (
     orbits,
     plastic_figures,
 )
+from wheeltapper.faces.paper.claims import CLAIMS, Found, Measure
 from wheeltapper.faces.paper.setting import CONSTANT, STATIC, bump, flat, impacts, largest, losses, sine, step
 from wheeltapper.faces.plot import STYLE, save
 from wheeltapper.faces.records import shade_losses
+from wheeltapper.ground.warned import ModelWarning
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,8 +46,8 @@ def _register_figure(name: str) -> Callable[[Callable[[Figure], None]], Callable
     return register
 
 
-def draw(name: str, folder: Path) -> Path:
-    """Draw one figure into a folder; return the file."""
+def draw(name: str, folder: Path, found: list[Found]) -> Path:
+    """Draw one figure into a folder, and under it what its claims show; return the file."""
     import matplotlib.style
     from matplotlib.figure import Figure
 
@@ -52,28 +55,64 @@ def draw(name: str, folder: Path) -> Path:
     with matplotlib.style.context(STYLE):
         figure = Figure()
         DRAW[name](figure)
+        width, height = figure.get_size_inches()
+        lines = [part for one in found for line in shown(one) for part in _wrapped(line, int(LETTERS * width))]
+        figure.set_size_inches(width, height + 0.13 * len(lines))
+        figure.supxlabel("\n".join(lines), x=0.01, ha="left", fontsize=7, linespacing=1.3)
         save(figure, path)
     return path
 
 
-def _history_with_events(record: wt.Record, end: float | None = None) -> Any:
-    """Return the history at times that contain every event and peak."""
+LETTERS = 18
+"""Letters of a line of small type per inch."""
+
+
+def _wrapped(line: str, width: int) -> list[str]:
+    indent = line[: len(line) - len(line.lstrip())]
+    return textwrap.wrap(line.strip(), width, initial_indent=indent, subsequent_indent=12 * " ")
+
+
+def draw_in(shared: tuple[Path, dict[str, list[tuple[str, list[Measure]]]]], name: str) -> Path:
+    """Draw one figure into a folder, with what was measured of its claims."""
+    import warnings
+
+    folder, measured = shared
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)  # the point follower of the paper, on purpose
+        return draw(name, folder, [Found(CLAIMS[number], measures) for number, measures in measured[name]])
+
+
+def shown(found: Found) -> list[str]:
+    """Return lines on a claim: its verdict, and which of its cases show it and which do not."""
+    lines, showing = [f"{found.claim.number} {found.claim.sentence} – {found.verdict}"], []
+    for case in dict.fromkeys(one.case for one in found.words if one.case.name):
+        refuted = [f"{one.quantity}: {one.value:.3g}" for one in found.words if one.case == case and not one.inside]
+        if refuted:
+            lines.append(f"      not shown, {case.name}: {'; '.join(refuted)}")
+        else:
+            showing.append(case.name)
+    if showing:
+        lines.insert(1, f"      shown: {'; '.join(showing)}")
+    return lines
+
+
+def _history_with_events(record: wt.Record, begin: float = 0.0) -> Any:
+    """Return the history from a time on, at times that contain every event and peak."""
     events = np.concatenate([record.events.time.values, record.peaks.time.values])
-    times = np.unique(np.concatenate([np.linspace(0.0, record.end, 4000), events]))
-    return record.at(times[times <= (end or record.end)])
+    times = np.unique(np.concatenate([np.linspace(begin, record.end, 4000), events]))
+    return record.at(times[times >= begin])
 
 
-def _draw_force(axis: Axes, record: wt.Record, label: str | None = None, **style: Any) -> None:
-    history = _history_with_events(record)
+def _draw_force(axis: Axes, record: wt.Record, label: str | None = None, begin: float = 0.0, **style: Any) -> None:
+    history = _history_with_events(record, begin)
     axis.plot(1e3 * history.time, history.normal_force / record.static_force, label=label, **style)
     axis.set(xlabel="time [ms]", ylabel="N/N₀")
 
 
-def _draw_motion(axis: Axes, record: wt.Record) -> None:
-    history = _history_with_events(record)
+def _draw_motion(axis: Axes, record: wt.Record, begin: float = 0.0) -> None:
+    history, rest = _history_with_events(record, begin), float(record.at(0.0).wheel_displacement[0])
     axis.plot(1e3 * history.time, 1e6 * history.constraint, color="0.5", label="constraint $y_{Ck}$")
-    moved = history.wheel_displacement - history.wheel_displacement[0]
-    axis.plot(1e3 * history.time, 1e6 * moved, label="wheel $y_C$, from rest")
+    axis.plot(1e3 * history.time, 1e6 * (history.wheel_displacement - rest), label="wheel $y_C$, from rest")
     axis.set(xlabel="time [ms]", ylabel="displacement [µm]")
 
 
@@ -142,11 +181,12 @@ def fig7(figure: Figure) -> None:
     figure.set_size_inches(11, 8)
     axes = figure.subplots(2, 3)
     for column, (speed, periods, words) in enumerate(
-        ((2.25, 6, "in phase"), (9.0, 12, "bouncing"), (36.0, 24, "antiphase"))
+        ((2.25, 100, "in phase"), (9.0, 12, "bouncing"), (36.0, 24, "antiphase"))
     ):
         record = sine(-corrugation.AMPLITUDE, 8e3, speed, periods * corrugation.wavelength_time(speed))
-        _draw_motion(axes[0, column], record)
-        _draw_force(axes[1, column], record)
+        begin = 0.0 if column else 0.96 * record.end
+        _draw_motion(axes[0, column], record, begin)
+        _draw_force(axes[1, column], record, begin=begin)
         for axis in axes[:, column]:
             shade_losses(axis, record)
         axes[0, column].set(title=f"{speed:g} m/s: {words}", xlabel="")
@@ -154,8 +194,8 @@ def fig7(figure: Figure) -> None:
             axes[0, column].set(ylabel="")
             axes[1, column].set(ylabel="")
     handles, names = axes[0, 1].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=3)
-    figure.suptitle("Fig. 7 (C27 to C35, C40): corrugation 50 µm, 5 cm, c = 8 kN s/m")
+    coach_figures.legend_on_top(figure, handles, names)
+    coach_figures.title_left(figure, "Fig. 7 (C27 to C35, C40): corrugation 50 µm, 5 cm, c = 8 kN s/m")
 
 
 @_register_figure("stiffness")
@@ -171,8 +211,8 @@ def stiffness(figure: Figure) -> None:
 @_register_figure("deck")
 def dynamic_deck(figure: Figure) -> None:
     """Draw the deck's dynamic stiffness; impacts and largest force over its mass."""
-    figure.set_size_inches(8, 10)
-    top, middle, bottom = figure.subplots(3, 1)
+    figure.set_size_inches(8, 13)
+    top, middle, bottom, ballast = figure.subplots(4, 1)
     frequency = np.linspace(20.0, 300.0, 400)
     top.semilogy(frequency, np.abs(1e9 - 1500.0 * (2 * np.pi * frequency) ** 2), label="|K − M·ω²|")
     points = [60.0, 100.0, 180.0, 240.0]
@@ -182,18 +222,28 @@ def dynamic_deck(figure: Figure) -> None:
     top.set(xlabel="frequency [Hz]", ylabel="dynamic stiffness [N/m]", title="deck 1500 kg, 1 GN/m")
     legend_above(top)
     masses = np.geomspace(150.0, 15_000.0, 300)
-    records = [bump(5e4, 0.25, track=deck.tuned(float(m), 10.0)) for m in masses]
+    records, damped = (
+        [bump(5e4, 0.25, track=deck.tuned(float(m), 10.0, damping)) for m in masses] for damping in (0.0, 0.5)
+    )
     flats = [largest(flat(8e3, 0.25, track=deck.tuned(float(m), 10.0))) for m in masses]
     middle.semilogx(masses, [largest(r) for r in records], label="bump")
+    middle.semilogx(masses, [largest(r) for r in damped], "--", label="bump, bearings half damped")
     middle.semilogx(masses, flats, label="flat at 5 m/s")
     middle.set(ylabel="largest N/N₀", title="deck at 10 Hz")
     bottom.step(masses, [impacts(r) for r in records], where="mid", label="bump")
+    bottom.step(masses, [impacts(r) for r in damped], "--", where="mid", label="bearings half damped")
     bottom.axhline(impacts(bump(5e4, 0.25)), color="0.5", linestyle="--", label="on stiff track")
     bottom.set(xscale="log", ylabel="impacts in 0.25 s", title="deck at 10 Hz")
     for axis in (middle, bottom):
         axis.set(xlabel="mass of the deck [kg]")
         legend_above(axis)
-    figure.suptitle("C09 to C11, C48, C49: the deck's dynamic stiffness, and what the wheel does on it")
+    _draw_force(ballast, step(1e-4, 8e3, 0.04), "stiff track")
+    for number, track in enumerate(deck.TRACKS.values()):
+        label = "four published tracks" if number == 0 else None
+        _draw_force(ballast, step(1e-4, 8e3, 0.04, track=track), label, color="C1", linewidth=0.8)
+    ballast.set(title="step up by 0.1 mm, 5 m/s")
+    legend_above(ballast)
+    figure.suptitle("C09 to C11, C48, C49, C55: the deck's dynamic stiffness, and what the wheel does on it")
 
 
 @_register_figure("missed")
@@ -275,4 +325,4 @@ def _draw_interval(figure: Figure) -> None:
 
 @_register_figure("fig2c")
 def _draw_ratio(figure: Figure) -> None:
-    _level_curves(figure, "force_ratio", "Fig. 2c (C05 to C07): ratio of the largest forces; arrows: its gradient")
+    _level_curves(figure, "force_ratio", "Fig. 2c (C05 to C07, C56): ratio of the largest forces; arrows: its gradient")

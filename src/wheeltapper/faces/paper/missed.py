@@ -37,7 +37,10 @@ def naive_integrators() -> Iterator[Measure]:
         found = naive.losses(naive.backward_euler(record, size))
         yield PINNED.count(f"losses that backward Euler finds, h = {size:g} s", found, expected, 1, GRAZING)
         yield said(
-            "sensitive", "section 2", f"... part of all losses that it misses, h = {size:g} s", 1.0 - found / exact
+            "sensitive",
+            "section 2",
+            f"part of all losses that backward Euler misses, h = {size:g} s",
+            1.0 - found / exact,
         )
 
 

@@ -37,9 +37,11 @@ def bump(damping: float, duration: float, speed: float = 9.0, **changes: Any) ->
     return wt.simulate(scene(shape, damping, speed, duration, **({"rolling": "point"} | changes)))
 
 
-def step(height: float, damping: float, duration: float, speed: float = 5.0, ideal: bool = False) -> wt.Record:
+def step(
+    height: float, damping: float, duration: float, speed: float = 5.0, ideal: bool = False, **changes: Any
+) -> wt.Record:  # fmt: skip
     """Simulate the step of Fig. 4, 0.1 mm, at x = 0.05 m."""
-    return wt.simulate(scene(wt.Step(height=height, position=0.05, ideal=ideal), damping, speed, duration))
+    return wt.simulate(scene(wt.Step(height=height, position=0.05, ideal=ideal), damping, speed, duration, **changes))
 
 
 def flat(damping: float, duration: float, speed: float = 5.0, **changes: Any) -> wt.Record:
