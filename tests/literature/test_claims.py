@@ -146,7 +146,7 @@ def test_the_command_writes_table_and_figures(tmp_path, capsys):
 
 def test_the_command_goes_on_with_what_is_measured(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(DRAW, "law", lambda figure: figure.suptitle("drawn"))
-    assert main(["paper", "C40", "C43", "--output", str(tmp_path)]) == 0
+    assert main(["paper", "C40", "C43", "C60", "--output", str(tmp_path)]) == 0
     first = capsys.readouterr().out
     drawn = (tmp_path / "law.png").stat().st_mtime_ns
 
@@ -155,11 +155,11 @@ def test_the_command_goes_on_with_what_is_measured(tmp_path, monkeypatch, capsys
 
     monkeypatch.setattr("wheeltapper.faces.paper.run._measure", lambda _, number: again(number))
     monkeypatch.setitem(DRAW, "law", again)
-    assert main(["paper", "C43", "--output", str(tmp_path), "--page", str(tmp_path / "page.rst")]) == 0
+    assert main(["paper", "C43", "C60", "--output", str(tmp_path), "--page", str(tmp_path / "page.rst")]) == 0
     second = capsys.readouterr().out
     assert second.splitlines()[0] in first  # and the same values to the last digit:
     assert set(second.splitlines()) - set(first.splitlines()) == {
-        line for line in second.splitlines() if line.startswith("1 claims") or "page.rst" in line
+        line for line in second.splitlines() if line.startswith("2 claims") or "page.rst" in line
     }
     assert (tmp_path / "law.png").stat().st_mtime_ns == drawn
     assert entry(Found(CLAIMS["C43"], measured("C43"))) in (tmp_path / "page.rst").read_text(encoding="utf-8")

@@ -174,6 +174,11 @@ class Claim:
     section: int = 0
     """Section of the paper, where no measure of its words says it."""
 
+    @property
+    def measured(self) -> bool:
+        """Whether anything measures it; those have a figure."""
+        return bool(self.figure)
+
 
 CLAIMS: dict[str, Claim] = {}
 """The registered claims, by number."""
@@ -240,3 +245,12 @@ class Found(NamedTuple):
     def words(self) -> list[Measure]:
         """The measures of the paper's words."""
         return [one for one in self.measures if one.source.kind is Kind.PAPER]
+
+
+def by_figure(found: Iterable[Found]) -> dict[str, list[Found]]:
+    """Return what was found of measured claims, by their figures."""
+    groups: dict[str, list[Found]] = {}
+    for one in found:
+        if one.claim.measured:
+            groups.setdefault(one.claim.figure, []).append(one)
+    return dict(sorted(groups.items()))

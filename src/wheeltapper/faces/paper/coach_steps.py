@@ -116,19 +116,16 @@ def wheelsets_are_uncoupled() -> Iterator[Measure]:
 )
 def filter_of_energy() -> Iterator[Measure]:
     """Measure the largest kinetic energies of vertical motion after a step under the leading wheelset."""
-    parts = {"bogie 1": FREE.bodies[1].mass, "car body": FREE.bodies[0].mass}
     where = "section 6: a small amount to the frame, practically none to the car body"
+    body_mass, frame_mass = (one.mass for one in FREE.bodies[:2])
     for case, changes in CHANGES.items():
         history = step(HEIGHT, 0.25, **changes).at(times(0.0, 0.25))
-
-        def energy(name: str, mass: float, history: Any = history) -> float:
-            return float(0.5 * mass * np.max(body(history, name, quantity="velocity") ** 2))
-
-        wheelset = energy("wheelset 1", FREE.axles[0].mass)
-        for (name, mass), words in zip(parts.items(), ("small", "practically none"), strict=True):
-            yield said(
-                words, where, f"energy of the {name} over the wheelset's", energy(name, mass) / wheelset, case=case
-            )
+        wheelset, frame, car = (
+            0.5 * mass * float(np.max(body(history, name, quantity="velocity") ** 2))
+            for name, mass in (("wheelset 1", FREE.axles[0].mass), ("bogie 1", frame_mass), ("car body", body_mass))
+        )
+        yield said("small", where, "energy of the bogie frame over the wheelset's", frame / wheelset, case=case)
+        yield said("practically none", where, "energy of the car body over the wheelset's", car / wheelset, case=case)
 
 
 def _after_the_edge(record: wt.Record, index: int) -> float:

@@ -55,7 +55,7 @@ def one_wave(record: wt.Record, speed: float, last: int = 1, samples: int = 512)
     "2.25 m/s: once transients have decayed the rear wheelset overlays the irregularity, and the force is small, "
     "harmonic and in antiphase",
     "where something damps the contact's vibration, which else goes on for ever; with the original wagon's dampers it "
-    "takes twice as long",
+    "takes a third longer",
 )  # fmt: skip
 def in_phase() -> Iterator[Measure]:
     """Measure motion and force over the wave after 60 waves."""

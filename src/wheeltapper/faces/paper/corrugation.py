@@ -168,7 +168,7 @@ def runs_at_resonance(damping: float, seed: int = 0) -> list[Run]:
     return drawn_runs(run, seed)
 
 
-DAMPINGS = {0.0: Case("c = 0"), 8e3: Case("c = 8e3 N s/m"), 2e4: Case("c = 2e4 N s/m")}
+DAMPINGS = {0.0: Case("with c = 0"), 8e3: Case("with c = 8e3 N s/m"), 2e4: Case("with c = 2e4 N s/m")}
 """Readings of a core model whose damping the paper does not tell."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
-from wheeltapper.faces.paper.claims import Found, Kind, Measure, Verdict
+from wheeltapper.faces.paper.claims import Found, Kind, Measure, Verdict, by_figure
 
 SECTIONS = {
     1: "Section 1: aims", 2: "Section 2: modelling", 3: "Section 3: properties of the core model",
@@ -17,7 +17,8 @@ What the paper says, in our words, and what is found of it. ``wheeltapper paper 
 writes this page; ``wheeltapper paper C28b`` repeats a claim with all its measures, and with ``--output FOLDER`` it
 draws the figure. How claims are judged, and how the paper is read where it is silent: sections 1.7 and 1.8 of
 :doc:`theory/motion`. A value stands with the bounds of the paper's word; those outside are refuted. Where a claim is
-measured in several conditions each has a line.
+measured in several conditions each has a line; conditions that the paper does not state are *beside it*, and only limit
+a claim.
 
 The level of the contact zones' damping, 0.1 s/m, has no published source: it was found by search, so that most
 sentences on Figs 4 to 7 and 9 hold. What needs it, and what holds without, stands with each claim.
@@ -52,19 +53,11 @@ def page_text(found: list[Found]) -> str:
     for section, title in SECTIONS.items():
         own = [entry(one) for one in found if one.section == section]
         parts += [title, "-" * len(title), "", *own] if own else []
-    of_figure: dict[str, list[str]] = {}
-    for one in found:
-        if one.claim.figure:
-            of_figure.setdefault(one.claim.figure, []).append(one.claim.number)
-    parts += ["Figures", "-------", ""] if of_figure else []
-    for name, numbers in sorted(of_figure.items()):
-        parts += [
-            f".. figure:: {FIGURES}/{name}.png",
-            "   :width: 100%",
-            "",
-            f"   ``{name}``: {', '.join(numbers)}",
-            "",
-        ]
+    figures = by_figure(found)
+    parts += ["Figures", "-------", ""] if figures else []
+    for name, ones in figures.items():
+        numbers = ", ".join(one.claim.number for one in ones)
+        parts += [f".. figure:: {FIGURES}/{name}.png", "   :width: 100%", "", f"   ``{name}``: {numbers}", ""]
     return "\n".join(parts)
 
 
@@ -80,11 +73,12 @@ def entry(found: Found) -> str:
         "",
     ]
     for case in dict.fromkeys(one.case for one in found.words):
-        values = [_value(one) for one in found.words if one.case == case]
-        lines.append(f"  * {f'{_first_upper(case.name)}: ' if case.name else ''}{'; '.join(values)}.")
+        beside, name = "" if case.own else "*beside it*, ", f"{case.name}: " if case.name else ""
+        values = "; ".join(_value(one) for one in found.words if one.case == case)
+        lines.append(f"  * {beside}{name}{values}.")
     if verdict is Verdict.NOT_STATED:
         lines.append(f"  * {'; '.join(_plain(one) for one in found.measures)}.")
-    return "\n".join([*lines, ""]).replace("\n\n\n", "\n\n").replace("|", "\\|")
+    return "\n".join(lines).rstrip().replace("|", "\\|") + "\n"
 
 
 def _value(one: Measure) -> str:

@@ -28,7 +28,7 @@ from wheeltapper.faces.paper import (
     single,
     unmeasured,
 )
-from wheeltapper.faces.paper.claims import CLAIMS, Case, Claim, Found, Kind, Measure, Source, Verdict
+from wheeltapper.faces.paper.claims import CLAIMS, Case, Claim, Found, Kind, Measure, Source, Verdict, by_figure
 from wheeltapper.faces.paper.page import page_text, summary
 from wheeltapper.ground.errors import InputError, with_suggestion
 from wheeltapper.ground.progress import report
@@ -79,9 +79,11 @@ def measure_claims(
     """
     claims = chosen_claims(which)
     kept = {} if output is None else _kept_measures(output / TABLE)
+    if output is not None and not (output / TABLE).exists():
+        _write_table(kept, output / TABLE)
     told: list[Found] = []
-    ready = {claim.number: kept[claim.number] for claim in claims if claim.number in kept}
-    for number, measures in _measured([claim.number for claim in claims if claim.number not in kept]):
+    ready = {claim.number: kept.get(claim.number, []) for claim in claims if claim.number in kept or not claim.measured}
+    for number, measures in _measured([claim.number for claim in claims if claim.number not in ready]):
         ready[number] = kept[number] = measures
         if output is not None:
             _write_table(kept, output / TABLE)
@@ -136,14 +138,11 @@ def _drawn(found: list[Found], folder: Path) -> Iterator[Path]:
     """Draw the figures of claims that are older than the table of measures; yield each file."""
     from wheeltapper.faces.paper.figures import draw_in
 
-    of_figure: dict[str, list[Found]] = {}
-    for one in found:
-        if one.claim.figure:
-            of_figure.setdefault(one.claim.figure, []).append(one)
+    figures = by_figure(found)
     measured = (folder / TABLE).stat().st_mtime_ns
-    paths = {name: folder / f"{name}.png" for name in sorted(of_figure)}
+    paths = {name: folder / f"{name}.png" for name in figures}
     old = [name for name, path in paths.items() if not path.exists() or path.stat().st_mtime_ns < measured]
-    lines = {name: [(one.claim.number, one.measures) for one in of_figure[name]] for name in old}
+    lines = {name: [(one.claim.number, one.measures) for one in figures[name]] for name in old}
     for done, _ in enumerate(each_task(draw_in, (folder, lines), old)):
         report("figures", done + 1, len(old))
     yield from paths.values()
