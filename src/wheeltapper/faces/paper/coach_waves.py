@@ -13,6 +13,7 @@ from wheeltapper.faces.paper import coach_setting as setting
 from wheeltapper.faces.paper import setting as core
 from wheeltapper.faces.paper.chaos import (
     HIGH,
+    RATE,
     RUNS,
     WAVES,
     Run,
@@ -101,7 +102,7 @@ def runs_at_resonance(case: Case, seed: int = 0) -> list[Run]:
         wave = WAVELENGTH / speed
         record, start = setting.corrugation(speed, WAVES * wave, amplitude=amplitude, **CHANGES[case])
         events = setting.wheel_rows(record.events, 4)
-        history = record.history(2e4)
+        history = record.history(RATE)
         rises = body(history, "wheelset 4")
         reaches = waves_to(history.time.values, rises - rises[0] > HIGH, start, wave)
         return Run((float(events.time[0]) - start) / wave, largest(record, 4), reaches, amplitude > 0.0)
@@ -182,7 +183,8 @@ def decreases_in_time() -> Iterator[Measure]:
     for case, changes in CHANGES.items():
         record, start = setting.corrugation(36.0, 0.6, **changes)
         first, late = (
-            np.ptp(body(record.at(times(start + begin, start + begin + 0.1)), "wheelset 4")) for begin in (0.0, 0.5)
+            np.ptp(body(record.at(times(start + begin, start + begin + 0.1, 2e4)), "wheelset 4"))
+            for begin in (0.0, 0.5)
         )
         words = "range of z from 0.5 to 0.6 s, over that to 0.1 s"
         yield said("decreases", "section 5: decreases in time", words, float(late / first), case is UNDAMPED, case)

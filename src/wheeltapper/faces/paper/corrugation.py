@@ -12,6 +12,7 @@ import wheeltapper as wt
 from wheeltapper.faces.paper.chaos import (
     FALLS,
     HIGH,
+    RATE,
     RISES,
     WAVES,
     Run,
@@ -160,7 +161,7 @@ def runs_at_resonance(damping: float, seed: int = 0) -> list[Run]:
     def run(speed: float, amplitude: float) -> Run:
         wave = wavelength_time(speed)
         record = sine(amplitude, damping, speed, WAVES * wave)
-        history = record.history(2e4)
+        history = record.history(RATE)
         high = history.wheel_displacement.values - history.wheel_displacement.values[0] > HIGH
         leaves = float(record.events.time[0]) / wave
         return Run(leaves, largest(record), waves_to(history.time.values, high, 0.0, wave), amplitude > 0.0)
