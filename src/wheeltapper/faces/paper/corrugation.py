@@ -19,7 +19,6 @@ from wheeltapper.faces.paper.chaos import (
     count_forces,
     count_heights,
     drawn_runs,
-    waves_to,
 )
 from wheeltapper.faces.paper.claims import PINNED, STATED, Case, Measure, analysis, claim, said
 from wheeltapper.faces.paper.setting import (
@@ -36,7 +35,6 @@ from wheeltapper.faces.paper.setting import (
 
 AMPLITUDE, WAVELENGTH = 50e-6, 0.05
 SIGNS = {"+": AMPLITUDE, "−": -AMPLITUDE}
-CHAOTIC = "chaotic: rounding grows to this size within 60 periods"
 
 
 def wavelength_time(speed: float) -> float:
@@ -161,10 +159,9 @@ def runs_at_resonance(damping: float, seed: int = 0) -> list[Run]:
     def run(speed: float, amplitude: float) -> Run:
         wave = wavelength_time(speed)
         record = sine(amplitude, damping, speed, WAVES * wave)
-        history = record.history(RATE)
-        high = history.wheel_displacement.values - history.wheel_displacement.values[0] > HIGH
-        leaves = float(record.events.time[0]) / wave
-        return Run(leaves, largest(record), waves_to(history.time.values, high, 0.0, wave), amplitude > 0.0)
+        height = record.history(RATE).wheel_displacement.values
+        leaves, is_high = float(record.events.time[0]) / wave, bool(np.max(height) - height[0] > HIGH)
+        return Run(leaves, largest(record), is_high, amplitude > 0.0)
 
     return drawn_runs(run, seed)
 

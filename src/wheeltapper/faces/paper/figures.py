@@ -24,7 +24,7 @@ from wheeltapper.faces.paper import (
     orbits,
     plastic_figures,
 )
-from wheeltapper.faces.paper.claims import CLAIMS, Found, Measure
+from wheeltapper.faces.paper.claims import Found
 from wheeltapper.faces.paper.setting import CONSTANT, STATIC, bump, flat, impacts, largest, losses, sine, step
 from wheeltapper.faces.plot import STYLE, save
 from wheeltapper.faces.records import shade_losses
@@ -72,14 +72,14 @@ def _wrapped(line: str, width: int) -> list[str]:
     return textwrap.wrap(line.strip(), width, initial_indent=indent, subsequent_indent=12 * " ")
 
 
-def draw_in(shared: tuple[Path, dict[str, list[tuple[str, list[Measure]]]]], name: str) -> Path:
+def draw_in(shared: tuple[Path, dict[str, list[Found]]], name: str) -> Path:
     """Draw one figure into a folder, with what was measured of its claims."""
     import warnings
 
     folder, measured = shared
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)  # the point follower of the paper, on purpose
-        return draw(name, folder, [Found(CLAIMS[number], measures) for number, measures in measured[name]])
+        return draw(name, folder, measured.get(name, []))
 
 
 def shown(found: Found) -> list[str]:

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from functools import cache
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -142,8 +143,7 @@ def _drawn(found: list[Found], folder: Path) -> Iterator[Path]:
     measured = (folder / TABLE).stat().st_mtime_ns
     paths = {name: folder / f"{name}.png" for name in figures}
     old = [name for name, path in paths.items() if not path.exists() or path.stat().st_mtime_ns < measured]
-    lines = {name: [(one.claim.number, one.measures) for one in figures[name]] for name in old}
-    for done, _ in enumerate(each_task(draw_in, (folder, lines), old)):
+    for done, _ in enumerate(each_task(draw_in, (folder, figures), old)):
         report("figures", done + 1, len(old))
     yield from paths.values()
 
@@ -163,7 +163,7 @@ def _tell(found: Found, say: Callable[[str], None]) -> None:
 
 @cache
 def program_digest() -> str:
-    """Return a digest of the package's sources: what is measured by others is measured again."""
+    """Return a digest of the package's sources, which change more often than its version."""
     root, digest = Path(__file__).resolve().parents[2], hashlib.sha256()
     for file in sorted(root.rglob("*.py")):
         digest.update(file.relative_to(root).as_posix().encode() + file.read_bytes())
@@ -172,18 +172,17 @@ def program_digest() -> str:
 
 def _write_table(found: dict[str, list[Measure]], path: Path) -> None:
     """Write all measures, in the place of the file that may be there."""
-    partial = path.with_suffix(".partial")
-    with partial.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        for number in sorted(found):
-            one = Found(CLAIMS[number], found[number])
-            for m in one.measures:
-                writer.writerow(
-                    (number, one.claim.figure, one.verdict, m.case.name, int(m.case.own), m.quantity, m.value, m.low,
-                     m.high, m.source.kind, m.source.where, m.why, int(m.fitted), m.mark, program_digest())
-                )  # fmt: skip
-    os.replace(partial, path)
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for number in sorted(found):
+        one = Found(CLAIMS[number], found[number])
+        for m in one.measures:
+            writer.writerow(
+                (number, one.claim.figure, one.verdict, m.case.name, int(m.case.own), m.quantity, m.value, m.low,
+                 m.high, m.source.kind, m.source.where, m.why, int(m.fitted), m.mark, program_digest())
+            )  # fmt: skip
+    write_whole(path, text.getvalue())
 
 
 def _kept_measures(path: Path) -> dict[str, list[Measure]]:
