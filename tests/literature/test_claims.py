@@ -46,12 +46,13 @@ def measured(number):
 def test_a_claims_measures_hold_name_their_sources_say_its_limits_and_stand_on_the_page(number):
     found = measured(number)
     claim = Found(CLAIMS[number], found)
-    assert not [str(one) for one in found if one.mark in ("FAIL", "AGREES")]
+    counted = [one for one in found if DRAWN in one.quantity or BOGIE_SPREAD in one.quantity]
+    assert not [str(one) for one in found if one.mark == "FAIL"]
+    assert not [str(one) for one in found if one.mark == "AGREES" and one not in counted]  # those are near one half
     assert bool(CLAIMS[number].but) == (claim.verdict not in PLAIN)
     assert claim.section in SECTIONS
     assert not claim.words or any(one.case.own for one in claim.words)
-    chaotic = number in BOUNCING or any(DRAWN in one.quantity or BOGIE_SPREAD in one.quantity for one in found)
-    assert chaotic or entry(claim) in PAGE.read_text(encoding="utf-8")
+    assert counted or number in BOUNCING or entry(claim) in PAGE.read_text(encoding="utf-8")
     for one in found:
         assert bool(one.source.where) == (one.source.kind is not Kind.PINNED)
         assert one.source.kind is not Kind.PROGRAM or one.source in (DIGITS, RESTARTED, WITHOUT_EVENTS, DOP853)

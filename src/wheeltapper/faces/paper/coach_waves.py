@@ -254,7 +254,7 @@ def pre_excitation() -> Iterator[Measure]:
 
 @claim(
     "C36b", "fig8", "18 m/s: the front wheelset slightly excites the bogie frame",
-    "in most runs without any damping; with damped contact zones the frame moves more than a quarter of the wheelset",
+    "in most runs without any damping; with damped contact zones the frame moves more than that in most",
 )  # fmt: skip
 def excitation_of_the_frame() -> Iterator[Measure]:
     """Count the runs in which the frame above the rear wheelset moves by less than a quarter of the front wheelset."""
