@@ -102,6 +102,16 @@ def test_a_wheel_at_rest_weighs_the_same_on_all_sensors():
     assert found["sunk"] == pytest.approx(-found["sleeper 0"] / BALLAST, rel=1e-6)
 
 
+def test_a_reading_as_the_wheel_passes_its_place_is_the_one_just_before():
+    """The field around a wheel has a kink under it, and the shear force a jump: no slope is taken across them."""
+    scene = wt.Scenario(vehicle=WHEEL, track=TRACK, contact=wt.Hertz(constant=HERTZ), speed=20.0, duration=0.07)
+    read = wt.simulate(scene).track(1e5, rail=[1.1], seat=[2])
+    for name, at in (("rail_shear", 5500), ("pad_force", 6000)):
+        before, there = read[name].values[[at - 4, at], 0]
+        assert there == pytest.approx(before, rel={"rail_shear": 5e-3, "pad_force": 5e-4}[name]), name
+    assert abs(np.diff(read.rail_shear.values[[5500, 5501], 0])[0]) == pytest.approx(LOAD, rel=0.02)
+
+
 def test_a_simulated_train_is_measured_as_it_was_loaded():
     """Two wheelsets pass three pairs of gauges; what their simulated recordings give are their loads and speed."""
     vehicle = wt.vehicles.Wheelsets(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -18,16 +17,17 @@ from wheeltapper.lower.lowered.rails_below import RailsBelow
 from wheeltapper.lower.track.anomalies import Anomalies
 from wheeltapper.lower.track.irregular import IrregularModes
 from wheeltapper.lower.track.readouts import (
+    Rest,
     place_of,
     rail_rows,
     rest_beside,
-    seat_rest,
+    rest_of_place,
+    rest_of_seat,
     seat_rest_around,
     seat_rows,
     section_at,
-    static_rest,
 )
-from wheeltapper.lower.track.ring import TrackModes, ring_of
+from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.lower.track.section import Section
 from wheeltapper.march import run
 from wheeltapper.record.arrays import as_array
@@ -36,6 +36,8 @@ from wheeltapper.record.labels import dataset
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wheeltapper.march.general.replay import Modes
+    from wheeltapper.march.general.structure import Ring
     from wheeltapper.march.wagon.rails.replay import RailAt
     from wheeltapper.record.record import Record
 
@@ -44,8 +46,6 @@ FloatArray = NDArray[np.float64]
 RAIL = ("rail_displacement", "rail_acceleration", "rail_strain", "rail_shear")
 SEAT = ("sleeper_displacement", "sleeper_acceleration", "pad_force", "ballast_force")
 PLACES = 'positions in m, or as "600 mm"'
-BESIDE = 5e-4
-"""Distance over which what the modes miss is differenced along the rail, m."""
 CHUNK = 2048
 """Times that are read at once."""
 
@@ -61,8 +61,8 @@ class _Place(NamedTuple):
         Its number.
     rows, rate_rows
         What amplitudes, and what their rates give, (3, modes) each.
-    rest
-        What the modes miss of the static field of unit forces at positions, (positions, 3).
+    rests
+        What the modes miss of the static field of unit forces, to be summed.
     lags
         What the rates of these add to them, s.
     void
@@ -75,7 +75,7 @@ class _Place(NamedTuple):
     bay: int
     rows: ComplexArray
     rate_rows: ComplexArray
-    rest: Any
+    rests: list[Rest]
     lags: FloatArray
     void: int | None = None
     pad: float = 0.0
@@ -154,14 +154,13 @@ def _rail_place(
     section: Section, foot: float, modes: TrackModes | IrregularModes, anomalies: Anomalies, x: float
 ) -> _Place:
     at_rest, moving = (np.stack(rail_rows(one, foot, modes, x)) for one in (_undamped(section), section))
+    bay = int(np.floor(x / section.spacing))
+    bays = modes.ring.bays * modes.ring.seats
+    rests = [rest_of_place(section, foot, bays, modes.cutoff, x - bay * section.spacing).moved(bay * section.spacing)]
     if isinstance(modes, IrregularModes):
-        regular = ring_of(section, modes.ring.seats, modes.cutoff)
-        beside = rest_beside(section, foot, modes, anomalies.extras, x)
-        rest: Any = lambda where: static_rest(section, foot, regular, x, where) + beside.at(where)  # noqa: E731
-    else:
-        rest = partial(static_rest, section, foot, modes, x)
+        rests.append(rest_beside(section, foot, modes, anomalies.extras, x))
     return _Place(
-        x, place_of(modes.ring, x).bay, at_rest, (moving - at_rest) / modes.ring.rates, rest,
+        x, place_of(modes.ring, x).bay, at_rest, (moving - at_rest) / modes.ring.rates, rests,
         np.array([0.0, 0.0, section.loss]),
     )  # fmt: skip
 
@@ -171,13 +170,13 @@ def _seat_place(section: Section, modes: TrackModes | IrregularModes, anomalies:
     if isinstance(modes, IrregularModes):
         seat = number % modes.ring.seats
         own = section_at(section, anomalies.extras, seat)
-        rest: Any = seat_rest_around(section, modes, anomalies.extras, seat).at
+        rest = seat_rest_around(section, modes, anomalies.extras, seat)
         void = next((i for i, one in enumerate(anomalies.voids) if (one.seat - seat) % modes.ring.seats == 0), None)
     else:
-        rest = partial(seat_rest, section, modes, number)
+        rest = rest_of_seat(section, modes.ring.bays, modes.cutoff).moved(number * section.spacing)
     at_rest, moving = (np.stack(seat_rows(one, modes, number)) for one in (_undamped(own), own))
     return _Place(
-        number * section.spacing, number, at_rest, (moving - at_rest) / modes.ring.rates, rest,
+        number * section.spacing, number, at_rest, (moving - at_rest) / modes.ring.rates, [rest],
         np.array([0.0, section.pad_damping / section.pad, section.ballast_damping / max(section.ballast, 1e-300)]),
         void, own.pad,
     )  # fmt: skip
@@ -192,16 +191,11 @@ def _readings(
     record: Record, ridden: RailsBelow, way: int, shown: RailAt, places: list[_Place], times: FloatArray
 ) -> FloatArray:
     """Return displacement, acceleration and two more readings, (times, places, 4); NaN beyond half the ring."""
-    ring, found = ridden.ways[way][1].ring, shown.modes
-    speed = float(record.scenario.speed)
+    ring, speed = ridden.ways[way][1].ring, float(record.scenario.speed)
     wheels = np.add.outer(speed * times, ridden.wheels)
-    rates = ring.rates * found.amplitudes + found.forced
-    speeding = ring.rates * rates + found.forced_rate
-    out = np.empty((len(times), len(places), 4))
+    out = _shown_by_modes(ring, shown.modes, places)
     for i, place in enumerate(places):
-        turn = ring.weights * ring.turns ** (place.bay - found.bay)[:, None]
-        read = np.real((turn * found.amplitudes) @ place.rows.T + (turn * rates) @ place.rate_rows.T)
-        accelerated = np.real((turn * speeding) @ place.rows[0])
+        accelerated, read = out[:, i, 0].copy(), out[:, i, 1:].copy()
         for wheel in range(wheels.shape[1]):
             force = shown.force[:, wheel], shown.force_rate[:, wheel], shown.force_bend[:, wheel]
             missed, missed_rate, missed_bend = _missed(place, wheels[:, wheel], speed, force)
@@ -220,6 +214,26 @@ def _readings(
     return out
 
 
+def _shown_by_modes(ring: Ring, found: Modes, places: list[_Place]) -> FloatArray:
+    """Return the second derivative of the displacement, it, and two more readings, (times, places, 4)."""
+    rows, rate_rows = (np.stack(one) for one in zip(*((place.rows, place.rate_rows) for place in places), strict=True))
+    slow = ring.rates * rows[:, :1]
+    of_held = np.concatenate([ring.rates * slow, rows + ring.rates * rate_rows], axis=1)
+    of_forced, of_forced_rate = np.concatenate([slow, rate_rows], axis=1), rows[:, :1]
+    out, bays = np.empty((len(found.bay), len(places), 4)), np.array([place.bay for place in places])
+    for bay in np.unique(found.bay):
+        some, turn = found.bay == bay, (ring.weights * ring.turns ** (bays - bay)[:, None])[:, None]
+        out[some] = _times(found.amplitudes[some], turn * of_held) + _times(found.forced[some], turn * of_forced)
+        out[some, :, :1] += _times(found.forced_rate[some], turn * of_forced_rate)
+    return out
+
+
+def _times(values: ComplexArray, rows: ComplexArray) -> FloatArray:
+    """Return the real parts of values, (times, modes), times rows, (places, readings, modes)."""
+    flat = np.ascontiguousarray(rows.conj()).view(float).reshape(-1, 2 * values.shape[1])
+    return np.asarray((values.view(float) @ flat.T).reshape(len(values), *rows.shape[:2]))
+
+
 def _missed(
     place: _Place, wheel: FloatArray, speed: float, force: tuple[FloatArray, FloatArray, FloatArray]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -227,8 +241,7 @@ def _missed(
 
     `force` is the wheel's, with its two derivatives.
     """
-    behind, here, ahead = (place.rest(wheel + shift) for shift in (-BESIDE, 0.0, BESIDE))
-    slope, bend = (ahead - behind) / (2.0 * BESIDE), (ahead - 2.0 * here + behind)[:, 0] / BESIDE**2
+    here, slope, bend = np.sum([rest.at(wheel) for rest in place.rests], axis=0)
     N, rate, turning = (one[:, None] for one in force)
-    accelerated = speed**2 * bend * N[:, 0] + 2.0 * speed * slope[:, 0] * rate[:, 0] + here[:, 0] * turning[:, 0]
-    return here * N, speed * slope * N + here * rate, accelerated
+    accelerated = speed**2 * bend[:, :1] * N + 2.0 * speed * slope[:, :1] * rate + here[:, :1] * turning
+    return here * N, speed * slope * N + here * rate, accelerated[:, 0]

@@ -8,9 +8,12 @@ Q = κGA·(w' - θ), positive behind a wheel and negative ahead of it (docs/theo
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from wheeltapper.lower.track import responses, waves
@@ -22,6 +25,8 @@ from wheeltapper.march.general.structure import Ring
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
+SAME_EDGE = 1e-9
+"""Edges of polynomials no farther from each other, in distances of seats, are one."""
 
 
 class RailRows(NamedTuple):
@@ -156,6 +161,44 @@ def modes_at_rest(ring: Ring, rows: ComplexArray, bay: int, where: FloatArray) -
     return out
 
 
+class Rest(NamedTuple):
+    """What modes miss at rest of readings at a place, as polynomials of where the force is.
+
+    Attributes
+    ----------
+    edges
+        Of the pieces, rising, m.
+    powers
+        Of ζ, from -1 to 1 over a piece, (pieces, degree + 1, readings).
+    period
+        After which all repeats, m.
+    """
+
+    edges: FloatArray
+    powers: FloatArray
+    period: float = np.inf
+
+    def at(self, where: FloatArray) -> FloatArray:
+        """Return it for unit forces at places, and its first and second derivative by them, (3, positions, readings).
+
+        At an edge it is that of the piece before.
+        """
+        x = where if np.isinf(self.period) else np.mod(where, self.period)
+        piece = np.clip(np.searchsorted(self.edges, x, side="left") - 1, 0, len(self.powers) - 1)
+        half = 0.5 * np.diff(self.edges)[piece]
+        zeta = (x - self.edges[piece]) / half - 1.0
+        held, out = self.powers, np.empty((3, len(x), self.powers.shape[2]))
+        for order in range(3):
+            powers = zeta[:, None] ** np.arange(held.shape[1]) / half[:, None] ** order
+            out[order] = np.einsum("xp,xpr->xr", powers, held[piece])
+            held = held[:, 1:] * np.arange(1, held.shape[1])[:, None]
+        return out
+
+    def moved(self, by: float) -> Rest:
+        """Return it for a place that lies further on, m."""
+        return self._replace(edges=self.edges + by)
+
+
 def static_rest(section: Section, foot: float, modes: TrackModes, at: float, where: FloatArray) -> FloatArray:
     """Return what the modes miss at a place of the static field of unit forces at other places.
 
@@ -199,30 +242,32 @@ def seat_rest(section: Section, modes: TrackModes, seat: int, where: FloatArray)
     return np.asarray(exact - modes_at_rest(ring, np.stack(rows), seat, where))
 
 
-class RestAround(NamedTuple):
-    """What modes miss at rest of a reading of a ring with seats that differ, by powers of the place of the force.
-
-    Attributes
-    ----------
-    ring
-        The ring.
-    powers
-        (elements, 15, readings).
-    """
-
-    ring: Ring
-    powers: FloatArray
-
-    def at(self, where: FloatArray) -> FloatArray:
-        """Return it for unit forces at places, m from seat 0, (positions, readings)."""
-        place = places_of(self.ring, where)
-        zeta = place.zeta[:, None] ** np.arange(self.powers.shape[1])
-        return np.asarray(np.einsum("xp,xpr->xr", zeta, self.powers[place.element]))
+@lru_cache(maxsize=256)
+def rest_of_place(section: Section, foot: float, bays: int, cutoff: float, at: float) -> Rest:
+    """Return what `static_rest` does, of a ring by itself, for all places of the force along it."""
+    modes = ring_of(section, bays, cutoff)
+    return _rest(modes.ring, at, lambda where: static_rest(section, foot, modes, at, where))
 
 
-def rest_beside(
-    section: Section, foot: float, modes: IrregularModes, extras: tuple[Extra, ...], at: float
-) -> RestAround:
+@lru_cache(maxsize=256)
+def rest_of_seat(section: Section, bays: int, cutoff: float) -> Rest:
+    """Return what `seat_rest` does at seat 0, for all places of the force along the ring."""
+    modes = ring_of(section, bays, cutoff)
+    return _rest(modes.ring, 0.0, lambda where: seat_rest(section, modes, 0, where))
+
+
+def _rest(ring: Ring, at: float, rest: Callable[[FloatArray], FloatArray]) -> Rest:
+    """Return a rest by its values: polynomials of the modes' degree between edges of elements and the place itself."""
+    nearest = (np.floor(at / ring.spacing) + np.arange(-(ring.bays // 2) - 1, ring.bays // 2 + 2)) * ring.spacing
+    edges = np.unique(np.append(np.add.outer(nearest, ring.edges[:-1]), at))
+    edges = edges[np.append(True, np.diff(edges) > SAME_EDGE * ring.spacing)]
+    zeta = chebyshev.chebpts1(ring.drive.shape[1])
+    x = edges[:-1, None] + 0.5 * (zeta + 1.0) * np.diff(edges)[:, None]
+    values = rest(x.ravel()).reshape(*x.shape, -1)
+    return Rest(edges, np.asarray(np.linalg.solve(zeta[:, None] ** np.arange(len(zeta)), values)))
+
+
+def rest_beside(section: Section, foot: float, modes: IrregularModes, extras: tuple[Extra, ...], at: float) -> Rest:
     """Return by how much what the modes miss at a place of the rail differs from what the regular ring's modes miss."""
     bays = modes.ring.seats
     regular = ring_of(section, bays, modes.cutoff)
@@ -235,10 +280,10 @@ def rest_beside(
     for one, sign in ((modes, -1.0), (regular, 1.0)):
         rows = rail_rows(section._replace(loss=0.0), foot, one, at)
         missed += sign * modes_at_rest(one.ring, np.stack(rows), place_of(one.ring, at).bay, field.x.ravel())
-    return RestAround(modes.ring, by_powers(missed.reshape(len(modes.ring.edges) - 1, -1, 3)))
+    return Rest(modes.ring.edges, by_powers(missed.reshape(len(modes.ring.edges) - 1, -1, 3)), bays * section.spacing)
 
 
-def seat_rest_around(section: Section, modes: IrregularModes, extras: tuple[Extra, ...], seat: int) -> RestAround:
+def seat_rest_around(section: Section, modes: IrregularModes, extras: tuple[Extra, ...], seat: int) -> Rest:
     """Return what the modes miss at a seat of the ring: sleeper in m/N, forces of pad and ballast in N/N."""
     ring = modes.ring
     elements = (len(ring.edges) - 1) // ring.seats
@@ -261,4 +306,4 @@ def seat_rest_around(section: Section, modes: IrregularModes, extras: tuple[Extr
     own = section_at(section, extras, seat)._replace(pad_damping=0.0, ballast_damping=0.0)
     shown = modes_at_rest(ring, np.stack(seat_rows(own, modes, seat)), 0, field.x.ravel())
     missed = exact.reshape(-1, 3) - shown
-    return RestAround(ring, by_powers(missed.reshape(len(ring.edges) - 1, -1, 3)))
+    return Rest(ring.edges, by_powers(missed.reshape(len(ring.edges) - 1, -1, 3)), length)

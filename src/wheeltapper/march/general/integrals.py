@@ -93,7 +93,7 @@ def rules(found: Found, end: float, steps: int = RULE_STEPS) -> Iterator[Rule]:
     event, or is going to, so that what is singular there does no harm.
     """
     grid, method = found.prepared.grid, found.prepared.method
-    last = float(grid.steps(np.array(end)))
+    last = min(float(grid.steps(np.array(end))), float(found.steps))  # rounding may lie beyond the last step
     for first in range(0, int(np.ceil(last)), steps):
         until = min(float(first + steps), last)
         rows = found.logs.rows

@@ -8,6 +8,7 @@ H·exp(-λθ'H)·b over the macro step.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -31,6 +32,8 @@ from wheeltapper.march.general.tables import Grid, exponentials, heavy_of, real_
 
 AT_ONCE = 8192
 """Samples that are computed at a time."""
+STEPS_AT_ONCE = 4096
+"""Macro steps through which modes go at a time."""
 
 
 class Replayed(NamedTuple):
@@ -420,16 +423,15 @@ def modes_under(
         for one in at
     ]  # fmt: skip
     out = np.empty((3 if bends else 2, len(step), len(ring.rates)), dtype=complex)
-    for one in np.unique(step).tolist():
-        some = np.flatnonzero(step == one)
-        begins, takes = starts.at(one), [_taken(run, one, i) for i in range(len(at))]
+    asked, which = np.unique(step, return_inverse=True)
+    begins = starts.at(asked)
+    for one, some in _alike(run, step):
         undone = 1.0 / _decay(run, one)
-        held = np.zeros((len(out), len(some), len(begins)), dtype=complex)
-        held[0] = begins
-        for factor, taken in zip(factors, takes, strict=True):
-            held += real_times(factor[:, some], taken * undone)
+        held = np.zeros((len(out), len(some), len(undone)), dtype=complex)
+        held[0] = begins[which[some]]
+        for i, factor in enumerate(factors):
+            held += real_times(factor[:, some], _taken(run, one, i) * undone)
         held = held[:, :, back]
-        starts.go_on(takes)
         if bends:
             held[2] += ring.rates * held[1]
         out[:, some] = held * grown[place[some]]
@@ -496,6 +498,13 @@ def _complex(rows: FloatArray) -> ComplexArray:
     return out
 
 
+def _alike(run: TrackRun, step: IntArray) -> Iterator[tuple[int, IntArray]]:
+    """Return which of some macro steps have the same tables: one of them, and where they stand."""
+    repeat = int(np.lcm(len(run.tables.which), run.tables.reads.shape[1]))
+    _, first, which, count = np.unique(step % repeat, return_index=True, return_inverse=True, return_counts=True)
+    yield from zip(step[first].tolist(), np.split(np.argsort(which, kind="stable"), np.cumsum(count))[:-1], strict=True)
+
+
 class Starts:
     """The modes at the start of macro steps, from the logged states and moments; rising steps go on from each other."""
 
@@ -503,30 +512,48 @@ class Starts:
         self.run, self.reached = run, -1
         self.held = np.empty(0, dtype=complex)
 
-    def at(self, step: int) -> ComplexArray:
-        """Return the modes at the start of a macro step, as the tables have them."""
-        run, checkpoint = self.run, step // MODES_EVERY
-        if not checkpoint * MODES_EVERY <= self.reached <= step:
-            self.reached = checkpoint * MODES_EVERY
-            self.held = run.modes[checkpoint, RE] + 1j * run.modes[checkpoint, IM]
-        return self.go_to(step)
+    def at(self, steps: IntArray) -> ComplexArray:
+        """Return the modes at the start of rising macro steps, as the tables have them, (steps, modes)."""
+        known = steps // MODES_EVERY * MODES_EVERY
+        before = np.append(self.reached, steps[:-1])
+        begins = np.where((known <= before) & (before <= steps), before, known)
+        out = np.empty((len(steps), self.run.tables.decay.shape[2]), dtype=complex)
+        parts = np.cumsum(steps - begins) // STEPS_AT_ONCE
+        for some in np.split(np.arange(len(steps)), np.flatnonzero(np.diff(parts)) + 1):
+            self._walk(begins[some], steps[some], out[some[0] : some[0] + len(some)])
+        return out
 
-    def go_to(self, step: int) -> ComplexArray:
-        """Return the modes at the start of a later macro step, going on from where they are."""
-        while self.reached < step:
-            self.go_on([_taken(self.run, self.reached, i) for i in range(self.run.moments.shape[1])])
-        return self.held
+    def checkpoints(self) -> ComplexArray:
+        """Return the modes at the start of every MODES_EVERY-th macro step of the run, from its first one alone."""
+        last = np.arange(0, len(self.run.moments), MODES_EVERY)
+        out = np.empty((len(last), self.run.tables.decay.shape[2]), dtype=complex)
+        for number, end in enumerate(last):
+            self._walk(np.array([max(self.reached, 0)]), np.array([end]), out[number : number + 1])
+        return out
 
-    def go_on(self, takes: list[ComplexArray]) -> None:
-        """Move on by a macro step, in which moments do to the modes what `_taken` says."""
-        tables, step = self.run.tables, self.reached
-        self.held = self.held * _decay(self.run, step)
-        for moments, taken in zip(self.run.moments[step], takes, strict=True):
-            self.held += real_times(moments[None], taken)[0]
-        if np.diff(_first_bay(self.run, np.array([step, step + 1])))[0]:
-            turn = tables.turns[1 % len(tables.turns)]
-            self.held *= turn[RE] + 1j * turn[IM]
-        self.reached = step + 1
+    def _walk(self, begins: IntArray, ends: IntArray, out: ComplexArray) -> None:
+        """Write the modes at the ends of ways, each from where the way before ended, or from a logged state."""
+        run, tables = self.run, self.run.tables
+        way = np.concatenate([np.arange(*ends_of) for ends_of in zip(begins, ends, strict=True)])
+        taken = np.zeros((len(way), out.shape[1]), dtype=complex)
+        for one, some in _alike(run, way):
+            for i in range(run.moments.shape[1]):
+                taken[some] += real_times(run.moments[way[some], i], _taken(run, one, i))
+        decays = tables.decay[:, RE] + 1j * tables.decay[:, IM]
+        turn = tables.turns[1 % len(tables.turns), RE] + 1j * tables.turns[1 % len(tables.turns), IM]
+        lengths = tables.which[way % len(tables.which)].tolist()
+        enters = (np.diff(_first_bay(run, np.stack([way, way + 1])), axis=0)[0] != 0).tolist()
+        done = 0
+        for number, (begin, end) in enumerate(zip(begins.tolist(), ends.tolist(), strict=True)):
+            if begin != self.reached:
+                self.held = run.modes[begin // MODES_EVERY, RE] + 1j * run.modes[begin // MODES_EVERY, IM]
+            for _ in range(begin, end):
+                self.held = self.held * decays[lengths[done]] + taken[done]
+                if enters[done]:
+                    self.held *= turn
+                done += 1
+            self.reached = end
+            out[number] = self.held
 
 
 # -- the path ---------------------------------------------------------------------------------------------------------

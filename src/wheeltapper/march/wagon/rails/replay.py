@@ -12,9 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.march.common.program import FloatArray, IntArray
-from wheeltapper.march.general.layout import IM, RE
 from wheeltapper.march.general.replay import At, Modes, Starts, TrackRun, modes_under
-from wheeltapper.march.general.stepping import MODES_EVERY
 from wheeltapper.march.general.tables import without_bodies
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import wheel_rows as wheel
@@ -44,12 +42,8 @@ class RailAt(NamedTuple):
 
 def _with_checkpoints(run: TrackRun) -> TrackRun:
     """Return the same with the modes at the start of every MODES_EVERY-th macro step."""
-    starts, held = Starts(run), np.empty(((len(run.moments) - 1) // MODES_EVERY + 1, *run.modes.shape[1:]))
-    starts.at(0)
-    for number, row in enumerate(held):
-        begins = starts.go_to(number * MODES_EVERY)
-        row[RE], row[IM] = begins.real, begins.imag
-    return run._replace(modes=held)
+    known = Starts(run).checkpoints()
+    return run._replace(modes=np.stack([known.real, known.imag], axis=1))
 
 
 def _ways(values: FloatArray, axis: int) -> FloatArray:
