@@ -16,7 +16,7 @@ from scipy.signal import butter, sosfiltfilt
 RADIUS, MASS, HERTZ = 0.46, 600.0, 9.4125e10
 BENDING, RAIL_MASS = 2.1e11 * 3.04e-5, 60.2  # 60E1
 PAD, PAD_DAMPING, SLEEPER, BALLAST, BALLAST_DAMPING = 2e8, 3e4, 150.0, 8e7, 6e4
-ELEMENT, PER_BAY, SPACING = 0.1, 6, 0.6
+PER_BAY, SPACING = 6, 0.6
 GAUGE = 0.1
 """Length over which a shear gauge takes the mean, m: about what a rail's web does."""
 ISO_3095 = {
@@ -46,18 +46,41 @@ def flat(length, first):
     return path
 
 
+def worn_flat(length, first):
+    """Return the path over a flat that wear has rounded: the circle over a haversine of depth l^2/16R, m.
+
+    That is the least, over places of the circumference, of how far the surface lies below the circle through them.
+    """
+    along = np.linspace(-0.7, 0.7, 2801)
+    missing = np.where(np.abs(along) < 0.5, (1.0 + np.cos(2.0 * np.pi * along)) / 32.0, 0.0)
+    rolled = np.linspace(-0.6, 0.6, 601)
+    least = np.array([np.min(missing + 0.5 * (v - along) ** 2) for v in rolled])
+    turn = 2.0 * np.pi * RADIUS
+
+    def path(x):
+        u = (x - first + 0.5 * turn) % turn - 0.5 * turn
+        return -(length**2) / RADIUS * np.interp(u / length, rolled, least, left=0.0, right=0.0)
+
+    return path
+
+
 @dataclass(frozen=True)
 class Wheel:
-    """A wheel: its static force, N, the seed of its roughness (None: smooth), its flat's length and place, m."""
+    """A wheel: its static force, N, the seed of its roughness (None: smooth), its flat's length and place, m.
+
+    `worn`: the flat is one that wear has rounded.
+    """
 
     load: float
     seed: int | None = None
     flat: tuple[float, float] | None = None
+    worn: bool = False
 
     def path(self, x):
         """Return the height of the path of its centre at places, m, upwards."""
         rough = 0.0 * x if self.seed is None else roughness(self.seed)(x)
-        return rough + (0.0 if self.flat is None else flat(*self.flat)(x))
+        shape = worn_flat if self.worn else flat
+        return rough + (0.0 if self.flat is None else shape(*self.flat)(x))
 
 
 @dataclass(frozen=True)
@@ -71,7 +94,10 @@ class Passages:
 
 @dataclass
 class Line:
-    """A rail on sleepers at the multiples of 0.6 m, with channels: ("pair", x1, x2), ("pad", x), ("sleeper", x)."""
+    """A rail on sleepers at the multiples of 0.6 m, with channels: ("pair", x1, x2), ("pad", x), ("sleeper", x).
+
+    With a shear stiffness, N, it is one of Timoshenko's rails, without rotary inertia; else one of Euler's.
+    """
 
     channels: list
     before: float = 6.0
@@ -80,28 +106,32 @@ class Line:
     pad_damping: float = PAD_DAMPING
     ballast: float = BALLAST
     rail_mass_per_metre: float = RAIL_MASS
+    shear: float = np.inf
+    per_bay: int = PER_BAY
+    hertz: float = HERTZ
     size: int = field(init=False)
 
     def __post_init__(self):
         ends = [x for _, *places in self.channels for x in places]
         self.first = SPACING * np.floor((min(ends) - self.before) / SPACING)
         bays = int(np.ceil((max(ends) + self.before - self.first) / SPACING))
-        nodes = bays * PER_BAY + 1
-        self.nodes = self.first + ELEMENT * np.arange(nodes)
-        seats = np.arange(0, nodes, PER_BAY)
+        nodes = bays * self.per_bay + 1
+        self.length = h = SPACING / self.per_bay
+        self.nodes = self.first + h * np.arange(nodes)
+        seats = np.arange(0, nodes, self.per_bay)
         before = np.zeros(nodes, dtype=int)
         before[seats[:-1] + 1] = 1
         self.deflections = 2 * np.arange(nodes) + np.cumsum(before)  # a sleeper's stands after its node
         self.tops, self.sleepers = self.deflections[seats], self.deflections[seats] + 2
         self.seats = self.nodes[seats]
         self.size = 2 * nodes + len(seats)
-        h = ELEMENT
-        bend = BENDING / h**3 * np.array(
-            [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h], [-12, -6 * h, 12, -6 * h],
-             [6 * h, 2 * h * h, -6 * h, 4 * h * h]])  # fmt: skip
-        mass = self.rail_mass_per_metre * h / 420.0 * np.array(
-            [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h], [54, 13 * h, 156, -22 * h],
-             [-13 * h, -3 * h * h, -22 * h, 4 * h * h]])  # fmt: skip
+        self.sheared = c = 12.0 * BENDING / (self.shear * h**2)
+        bend = BENDING / h**3 / (1.0 + c) * np.array(
+            [[12, 6 * h, -12, 6 * h], [6 * h, (4 + c) * h * h, -6 * h, (2 - c) * h * h], [-12, -6 * h, 12, -6 * h],
+             [6 * h, (2 - c) * h * h, -6 * h, (4 + c) * h * h]])  # fmt: skip
+        places, weights = np.polynomial.legendre.leggauss(4)
+        shapes = self._element_shapes(0.5 * (places + 1.0))
+        mass = self.rail_mass_per_metre * 0.5 * h * (weights * shapes) @ shapes.T
         tops, own = self._at(self.tops), self._at(self.sleepers)
         pads = tops + own - self._at(self.tops, self.sleepers) - self._at(self.sleepers, self.tops)
         self.rail_mass = self._chain(mass)
@@ -128,15 +158,18 @@ class Line:
 
     def _shapes(self, x):
         """Return the degrees of freedom beside places, (4, place), and the shares with which a force acts on them."""
-        number, s = np.divmod((np.atleast_1d(x) - self.first) / ELEMENT, 1.0)
+        number, s = np.divmod((np.atleast_1d(x) - self.first) / self.length, 1.0)
         before, behind = self.deflections[number.astype(int)], self.deflections[number.astype(int) + 1]
-        shares = [
-            1 - 3 * s**2 + 2 * s**3,
-            ELEMENT * (s - 2 * s**2 + s**3),
-            3 * s**2 - 2 * s**3,
-            ELEMENT * (s**3 - s**2),
-        ]
-        return np.array([before, before + 1, behind, behind + 1]), np.array(shares)
+        return np.array([before, before + 1, behind, behind + 1]), self._element_shapes(s)
+
+    def _element_shapes(self, s):
+        """Return how an element deflects between its ends, 0 to 1, by each of its unknowns, (4, place)."""
+        c, h = self.sheared, self.length
+        shapes = [
+            1 - 3 * s**2 + 2 * s**3 + c * (1 - s), h * (s - 2 * s**2 + s**3 + 0.5 * c * (s - s**2)),
+            3 * s**2 - 2 * s**3 + c * s, h * (s**3 - s**2 - 0.5 * c * (s - s**2)),
+        ]  # fmt: skip
+        return np.array(shapes) / (1.0 + c)
 
     def window(self, channel, x):
         """Return what a pair of gauges reads of 1 N at x that moves slowly."""
@@ -196,7 +229,9 @@ class Line:
         v, acc = np.zeros_like(u), np.zeros_like(u)
         paths = np.array([wheel.path(x[k]) for wheel, k in zip(wheels, each, strict=True)])
         path = paths[:, 0]
-        wheel_u = (shapes[:, each] * u[dofs[:, each], own_column]).sum(axis=0) + (loads / HERTZ) ** (2.0 / 3.0) - path
+        wheel_u = (
+            (shapes[:, each] * u[dofs[:, each], own_column]).sum(axis=0) + (loads / self.hertz) ** (2.0 / 3.0) - path
+        )
         wheel_v, wheel_a = np.zeros((2, len(wheels)))
         count = x.shape[1] // every
         forces, readings = np.empty((len(wheels), count)), np.empty((len(wheels), len(self.channels), count))
@@ -217,7 +252,7 @@ class Line:
                 fallen = wheel_u + h * wheel_v + 0.25 * h**2 * wheel_a + own * loads
                 path = paths[:, step]
                 risen = (shapes[:, each] * free[dofs[:, each], own_column]).sum(axis=0)
-                now = _contact(fallen + path - risen, gives, now)
+                now = _contact(fallen + path - risen, gives, now, self.hertz)
                 new = free + unit[:, each] * now
                 change = 4 / h**2 * (new - u) - 4 / h * v - acc
                 v, u, acc = v + 0.5 * h * (acc + change), new, change
@@ -245,12 +280,12 @@ class Line:
         return read
 
 
-def _contact(open_deflection, gives, guess):
+def _contact(open_deflection, gives, guess, hertz):
     """Return forces N with N = C·δ^1.5 and δ = open_deflection - gives·N, by Newton."""
     n = np.maximum(guess, 1.0)
     for _ in range(12):
-        n = np.maximum(n - (n - HERTZ * (d := np.maximum(open_deflection - gives * n, 0.0)) ** 1.5)
-                       / (1.0 + 1.5 * HERTZ * np.sqrt(d) * gives), 0.0)  # fmt: skip
+        n = np.maximum(n - (n - hertz * (d := np.maximum(open_deflection - gives * n, 0.0)) ** 1.5)
+                       / (1.0 + 1.5 * hertz * np.sqrt(d) * gives), 0.0)  # fmt: skip
     return n
 
 

@@ -24,6 +24,10 @@ MOST_GROWTH = 1e9
 """Where the near field decays by more from seat to seat, rounding spoils the slow waves beyond 1e-6."""
 
 
+SAME_LENGTH = 13
+"""Lengths that agree to so many digits, in distances of seats, are one."""
+
+
 class Waves(NamedTuple):
     """Bloch's waves at some frequencies; states are those just before a seat.
 
@@ -77,12 +81,19 @@ def waves_at(section: Section, omega: Any) -> Waves:
 
 def _transfer(rail: ComplexArray, along: FloatArray) -> ComplexArray:
     """Return the transfer over some lengths of rail without seats, in units of the spacing."""
-    step = rail * along[..., None, None]
     if not rail[..., 2:, :2].any():  # at rest the deflection is a cubic: the exponential series ends
+        step = rail * along[..., None, None]
         return np.asarray(np.eye(4) + step @ (np.eye(4) + step @ (np.eye(4) + step / 3.0) / 2.0))
     from scipy.linalg import expm
 
-    return np.asarray(expm(step))
+    of_each = rail.shape[:-2]
+    _, first, which = np.unique(np.round(along, SAME_LENGTH), return_index=True, return_inverse=True)
+    shape = np.broadcast_shapes(of_each, along.shape)
+    if len(first) * np.prod(of_each) >= np.prod(shape):
+        return np.asarray(expm(rail * along[..., None, None]))
+    found = expm(rail[..., None, :, :] * along.ravel()[first][:, None, None])  # lengths repeat from bay to bay
+    rows = np.arange(int(np.prod(of_each))).reshape(of_each)
+    return np.asarray(found.reshape(-1, len(first), 4, 4)[rows, which.reshape(along.shape)])
 
 
 def response(section: Section, omega: Any, where: Any, at: Any) -> ComplexArray:
