@@ -4,6 +4,9 @@ A transducer puts out volts ("250 kN/V", "100 mV/g"); a bridge of strain gauges 
 kN/(mV/V)"), or what its amplifier makes of that, a strain ("0.8 kN/(um/m)"). Of a strain ε a bridge puts out the share
 k·B·ε/4 of its excitation, with the gauge factor k and the bridge factor B: the number of arms that feel the strain (K.
 Hoffmann, An Introduction to Measurements using Strain Gages, HBM 1989).
+
+A strain is therefore an output, where a force is measured by it, or itself what is measured. It is the latter only
+where a strain is asked for; then it is never taken as an output.
 """
 
 from __future__ import annotations
@@ -13,27 +16,36 @@ from typing import Literal, NamedTuple
 
 from wheeltapper.describe.table.units import plain_unit
 from wheeltapper.ground.errors import InputError, value_text
-from wheeltapper.ground.quantities import unit_factor
+from wheeltapper.ground.quantities import UNITS, unit_factor
 
-Quantity = Literal["deck acceleration", "force", "displacement"]
-QUANTITIES: dict[Quantity, str] = {"deck acceleration": "acceleration", "force": "force", "displacement": "length"}
-"""What a recording can be of, and its dimension."""
+Quantity = Literal["deck acceleration", "force", "displacement", "strain", "vertical acceleration"]
+QUANTITIES: dict[Quantity, str] = {
+    "deck acceleration": "acceleration", "force": "force", "displacement": "length", "strain": "strain",
+    "vertical acceleration": "acceleration",
+}  # fmt: skip
+"""What a recording can be of, and its dimension. A vertical acceleration is that of anything but a deck, upwards."""
 TOLD_BY_UNIT: tuple[Quantity, ...] = ("deck acceleration", "force")
-"""Those that follow from a unit alone. A length may be anything: it is a displacement only where one is asked for."""
+"""Those that follow from a unit alone. The others are read only where they are asked for: a length may be anything, an
+acceleration is that of a deck, and a strain is what a bridge puts out."""
 WRITTEN: dict[Quantity, str] = {
     "deck acceleration": '"g", "10 g", "100 mV/g"', "force": '"kN", "1.3 kN", "250 kN/V"',
-    "displacement": '"mm", "0.1 mm", "5 mm/V"',
+    "displacement": '"mm", "0.1 mm", "5 mm/V"', "strain": '"um/m", "microstrain", "500 (um/m)/V"',
+    "vertical acceleration": '"g", "10 g", "100 mV/g"',
 }  # fmt: skip
 """Units of each, for messages."""
 ALLOWED = "m/s^2, g (acceleration), N, kN, kip, lbf (force), or one of these per V, mV, mV/V, um/m"
 """Units that a recording may have, for messages."""
-LENGTHS = "m, mm, um, in (length), or one of these per V, mV, mV/V, um/m"
-"""The same of displacements."""
+OWN_UNITS: dict[Quantity, str] = {
+    "displacement": "m, mm, um, in (length), or one of these per V, mV, mV/V, um/m",
+    "strain": "m/m, mm/m, um/m, microstrain (strain), or one of these per V, mV, mV/V",
+    "vertical acceleration": "m/s^2, g (acceleration), or one of these per V, mV, mV/V, um/m",
+}
+"""The same of those that are read only where they are asked for."""
 Output = Literal["voltage", "ratio", "strain"]
 OUTPUTS: dict[Output, dict[str, float]] = {
     "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6},
     "ratio": {"V/V": 1.0, "mV/V": 1e-3, "uV/V": 1e-6},
-    "strain": {"m/m": 1.0, "mm/m": 1e-3, "um/m": 1e-6, "ue": 1e-6, "microstrain": 1e-6, "ustrain": 1e-6},
+    "strain": UNITS["strain"],
 }
 """What sensors put out: volts, shares of the excitation, strains; and the units of each."""
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
@@ -88,12 +100,19 @@ def quantity_of(unit: str, asked: Quantity | None = None) -> tuple[Quantity, flo
     match = _NUMBER.fullmatch(unit.strip())
     number, text = (float(match[1]), plain_unit(match[2])) if match else (1.0, plain_unit(unit))
     if text == "mg":  # in files of accelerometers never milligrams
-        return "deck acceleration", number * 1e-3 * unit_factor("g", "acceleration")
+        kind: Quantity = "vertical acceleration" if asked == "vertical acceleration" else "deck acceleration"
+        return kind, number * 1e-3 * unit_factor("g", "acceleration")
     if not text or text == "-":
         return None
-    for quantity in dict.fromkeys((*TOLD_BY_UNIT, *([asked] if asked else []))):
+    if (put_out := output_of(text)) is not None:
+        return (asked, number * put_out[1]) if asked == "strain" and put_out[0] == "strain" else None
+    meant = [] if asked is None or asked == "strain" else [asked]  # other strains have no dimension, as anything may
+    of_dimension: dict[str, Quantity] = {}
+    for quantity in (*meant, *TOLD_BY_UNIT):
+        of_dimension.setdefault(QUANTITIES[quantity], quantity)
+    for dimension, quantity in of_dimension.items():
         try:
-            return quantity, number * unit_factor(text, QUANTITIES[quantity])
+            return quantity, number * unit_factor(text, dimension)
         except ValueError:
             continue
     return None
@@ -116,8 +135,9 @@ def meaning_of(unit: object, asked: Quantity | None = None) -> Meaning:
     found = _meaning(unit, asked) if isinstance(unit, str) else None
     if found is None or not 0.0 < abs(found.factor) < float("inf"):
         allowed = f'{ALLOWED}; as "kN", "1.3 kN", "250 kN/V", "100 mV/g"'
-        displaced = f"{LENGTHS}; as {WRITTEN['displacement']}"
-        raise InputError("", "unit", value_text(unit), displaced if asked == "displacement" else allowed)
+        if asked in OWN_UNITS:
+            allowed = f"{OWN_UNITS[asked]}; as {WRITTEN[asked]}"
+        raise InputError("", "unit", value_text(unit), allowed)
     return found
 
 
@@ -125,11 +145,12 @@ def _meaning(unit: str, asked: Quantity | None) -> Meaning | None:
     for slash in (match.start() for match in re.finditer("/", unit)):
         left, right = unit[:slash].strip(), unit[slash + 1 :].strip()
         measured, output = quantity_of(left, asked), output_of(right)
-        if measured is not None and output is not None:
+        if measured is not None and output is not None and measured[0] != output[0]:
             return Meaning(measured[0], measured[1] / output[1], output[0])
         match = _NUMBER.fullmatch(left)
         output, measured = output_of(match[2]) if match else output_of(left), quantity_of(right, asked)
-        if measured is not None and output is not None and (number := float(match[1]) if match else 1.0):
+        number = float(match[1]) if match else 1.0
+        if measured is not None and output is not None and measured[0] != output[0] and number:
             return Meaning(measured[0], measured[1] / (number * output[1]), output[0])
     own = quantity_of(unit, asked)
     return None if own is None else Meaning(*own)

@@ -17,6 +17,7 @@ from pydantic import (
 
 from wheeltapper.describe.noun import Noun, PositiveLength, Share, Spread
 from wheeltapper.describe.paths import changed_values, value_at
+from wheeltapper.describe.registry import makeable_nouns
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table, write_toml
 from wheeltapper.describe.sensor.along import AlongTrack, AtSeat
 from wheeltapper.describe.sensor.base import DECK, Sensor
@@ -50,6 +51,18 @@ def _is_of_deck(sensor: Any) -> bool:
     called = sensor.get("type", Sensor.__name__)
     named = sensor.get("kind", DECK) == DECK
     return bool(called == DeckAcceleration.__name__ or (called == Sensor.__name__ and named))
+
+
+def _kind_elsewhere(sensor: Any) -> str | None:
+    """Return the kind of a sensor, made or in a table, that is neither along a track nor on a deck; None of others."""
+    if isinstance(sensor, Sensor):
+        return None if isinstance(sensor, AlongTrack | DeckAcceleration) else sensor.kind
+    if not isinstance(sensor, dict):
+        return None
+    others = [kind for kind in makeable_nouns(Sensor) if not issubclass(kind, AlongTrack | DeckAcceleration)]
+    kinds = {kind.__name__: str(kind.model_fields["kind"].default) for kind in others}
+    named = kinds.get(str(sensor.get("type")), sensor.get("kind"))
+    return named if named in kinds.values() else None
 
 
 class Site(Noun):
@@ -108,6 +121,11 @@ class Site(Noun):
         along = data.get("sensors")
         if isinstance(along, Sensor):
             raise InputError("", "sensors", f"a {type(along).__name__}", "a list")
+        for field in ("sensor", "sensors"):
+            for number, one in enumerate(data[field] if isinstance(data.get(field), list | tuple) else ()):
+                if (kind := _kind_elsewhere(one)) is not None:
+                    allowed = "a kind along the track; `Record.recordings` takes one on a vehicle by itself"
+                    raise InputError("", f"{field}.{number}.kind", repr(kind), allowed)
         for number, one in enumerate(along if isinstance(along, list | tuple) else ()):
             if isinstance(one, dict | Sensor) and _is_of_deck(one):
                 unsaid = isinstance(one, dict) and not {"kind", "type"} & {*one}

@@ -19,7 +19,10 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-SCALES = {"deck acceleration": (1.0, "m/s²"), "force": (1e-3, "kN"), "displacement": (1e3, "mm")}
+SCALES = {
+    "deck acceleration": (1.0, "m/s²"), "force": (1e-3, "kN"), "displacement": (1e3, "mm"), "strain": (1e6, "µm/m"),
+    "vertical acceleration": (1.0, "m/s²"),
+}  # fmt: skip
 """Factor and unit in which a recording's quantity is drawn."""
 MOST, MOST_APART = 8, 3
 """Most records in one picture, whose lines can be told apart, and most fields by which they are named."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from wheeltapper.describe.registry import makeable_nouns
 from wheeltapper.describe.sensor.along import AlongTrack, AtSeat
+from wheeltapper.describe.sensor.axle_box_acceleration import AxleBoxAcceleration
 from wheeltapper.describe.sensor.base import Sensor
 from wheeltapper.describe.sensor.deck_acceleration import DeckAcceleration
 from wheeltapper.describe.site import Site
@@ -77,18 +78,25 @@ def _draw_response(axis: Axes, sensor: DeckAcceleration) -> None:
     legend_above(axis)
 
 
+def _draw_number(axis: Axes, sensor: Sensor, of: str, number: int, side: str, colour: str) -> None:
+    """Draw a sensor at a place that has a number, as a seat or a wheelset."""
+    axis.plot([number], [0], "s", color=colour, label=sensor.kind)
+    axis.set_yticks([0], [side])
+    axis.set(xlabel=f"{of} [number]", xlim=(number - 4, number + 4), ylim=(0.5, -0.6))
+    legend_above(axis)
+
+
 def draw_sensor(sensor: Sensor) -> Figure:
-    """Draw what a deck's sensor lets through, or the place of a sensor on the track."""
+    """Draw what a deck's sensor lets through, or the place of a sensor on the track or on a vehicle."""
     figure, (axis,) = panels(1, 3.5)
     if isinstance(sensor, DeckAcceleration):
         _draw_response(axis, sensor)
         figure.suptitle(f"sensor of the deck: {_sensor_words(sensor)}", x=0.02, ha="left")
         return figure
     if isinstance(sensor, AtSeat) and sensor.seat is not None:
-        axis.plot([sensor.seat], [0], "s", color=_colour_of(sensor), label=sensor.kind)
-        axis.set_yticks([0], [sensor.side or "both rails"])
-        axis.set(xlabel="seat [number]", xlim=(sensor.seat - 4, sensor.seat + 4), ylim=(0.5, -0.6))
-        legend_above(axis)
+        _draw_number(axis, sensor, "seat", sensor.seat, sensor.side or "both rails", _colour_of(sensor))
+    elif isinstance(sensor, AxleBoxAcceleration):
+        _draw_number(axis, sensor, "wheelset", sensor.wheelset, sensor.side or "both sides", BLUE)
     elif isinstance(sensor, AlongTrack):
         _draw_places(axis, (sensor,), None)
     figure.suptitle(f"sensor {sensor.name}", x=0.02, ha="left")

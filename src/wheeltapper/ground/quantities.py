@@ -54,6 +54,8 @@ UNITS: dict[str, dict[str, float]] = {
     "number": {"": 1.0, "%": 0.01},
     "frequency": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
     "voltage": {"V": 1.0, "mV": 1e-3, "kV": 1e3},
+    "strain": {f"{small}/m": size for small, size in _prefixed_units("m", "uµμm").items()}
+    | dict.fromkeys(("microstrain", "ustrain", "µstrain", "μstrain", "ue", "µe", "μe", "µε", "με"), 1e-6),
     "acceleration noise density": {"m/s^2/sqrt(Hz)": 1.0, "ug/sqrt(Hz)": 9.80665e-6, "µg/√Hz": 9.80665e-6},
 }
 """For each dimension, units that are known without pint, and their size in SI."""
@@ -63,6 +65,7 @@ PINT = {
     "time per length": "s/m", "moment of inertia": "kg*m**2", "angular stiffness": "N*m/rad", "number": "",
     "angular damping": "N*m*s/rad", "bending stiffness": "N*m**2", "mass per length": "kg/m",
     "inertia per length": "kg*m", "frequency": "Hz", "voltage": "V", "acceleration noise density": "m/s**2/Hz**0.5",
+    "strain": "m/m",
 }  # fmt: skip
 """The SI unit of each dimension, as pint spells it."""
 _TON = re.compile(r"(?<![a-z_])tons?(?![a-z_])", re.IGNORECASE)

@@ -240,6 +240,7 @@ USUAL: dict[str, dict[str, Usual]] = {
     },
     "Sensor": {"rate": Usual("frequency", "kHz", (0.2, 200), 0.02, 2000)},
     "AtSeat": {"x": Usual("length", "m", (0.1, 50), 0.0, 1000)},
+    "AtPlace": {"x": Usual("length", "m", (0.1, 50), 0.0, 1000)},
     "BetweenPlaces": {"x1": Usual("length", "m", (0.1, 50), 0.0, 1000)},
     "AlongTrack": {
         "gain": Usual("number", "", (0.8, 1.25), 0.08, 2.4, (

@@ -332,9 +332,9 @@ class Record(Shown):
         ----------
         sensors
             A site or the path of its file, whose sensors along the track are simulated, and that of its deck if the run
-            has a deck; or one sensor or several. They are on the track of the run: places are those of the scenario. A
-            site's seats are found by their places, those of sensors alone by the run's numbers. Below a wagon each has
-            a `side`; below other vehicles both rails are alike.
+            has a deck; or one sensor or several, also such as are on the run's vehicle. They are on the track of the
+            run: places are those of the scenario. A site's seats are found by their places, those of sensors alone by
+            the run's numbers. Of a wagon each has a `side`; of other vehicles both sides are alike.
         seed
             Of the noise of a deck's sensor. By default there is none.
 
@@ -342,12 +342,13 @@ class Record(Shown):
         -------
         dict
             A `Recording` for each sensor, by its name, or its kind if it has none, as `diagnosis.measure_trains` takes
-            them; `diagnose` takes that of a deck. A force is the true one times the sensor's gain.
+            them; `diagnose` takes that of a deck. Along the track a reading is the true one times the sensor's gain.
 
         Raises
         ------
         InputError
-            If the track of the run has nothing that a sensor reads, or no seat where it is.
+            If the track of the run has nothing that a sensor reads, or no seat where it is, or the vehicle no such
+            wheelset.
         """
         from wheeltapper.record.recordings.simulated import recordings
 

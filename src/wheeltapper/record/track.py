@@ -46,6 +46,8 @@ FloatArray = NDArray[np.float64]
 RAIL = ("rail_displacement", "rail_acceleration", "rail_strain", "rail_shear")
 SEAT = ("sleeper_displacement", "sleeper_acceleration", "pad_force", "ballast_force")
 PLACES = 'positions in m, or as "600 mm"'
+SAME_PLACE = 12
+"""Places in a bay that agree to so many digits, m, have one table of what the modes miss."""
 CHUNK = 2048
 """Times that are read at once."""
 
@@ -156,7 +158,8 @@ def _rail_place(
     at_rest, moving = (np.stack(rail_rows(one, foot, modes, x)) for one in (_undamped(section), section))
     bay = int(np.floor(x / section.spacing))
     bays = modes.ring.bays * modes.ring.seats
-    rests = [rest_of_place(section, foot, bays, modes.cutoff, x - bay * section.spacing).moved(bay * section.spacing)]
+    inside = round(x - bay * section.spacing, SAME_PLACE)
+    rests = [rest_of_place(section, foot, bays, modes.cutoff, inside).moved(x - inside)]
     if isinstance(modes, IrregularModes):
         rests.append(rest_beside(section, foot, modes, anomalies.extras, x))
     return _Place(

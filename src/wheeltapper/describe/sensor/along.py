@@ -1,4 +1,4 @@
-"""Sensors along the track: between two places of the rail, or at a seat."""
+"""Sensors along the track: between two places of the rail, at one place of it, or at a seat."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ class AlongTrack(Sensor, abstract=True):
         "left" or "right": the rail, seen in the direction of growing x. None: not told, or of both rails.
     unit
         What a 1 in the file is, if the file does not say it: "kN", "1.3 kN". Or the sensitivity, for files of what the
-        sensor puts out: "250 kN/V" (files in V, mV), "12 kN/(mV/V)", "0.8 kN/(um/m)", "4 mV/kN".
+        sensor puts out: "250 kN/V" (files in V, mV), "12 kN/(mV/V)", "0.8 kN/(um/m)", "4 mV/kN". Of a sensor
+        of strains "um/m" is a strain, and "500 (um/m)/V" its sensitivity.
     excitation, gauge_factor, bridge_factor
         Of a bridge of strain gauges, where the file holds another of V, mV/V and um/m than the sensitivity: voltage of
         the excitation, V; gauge factor k; number B of the arms that feel the strain. The output is k·B·strain/4 of the
@@ -123,6 +124,29 @@ class BetweenPlaces(AlongTrack, abstract=True):
     def extent(self, spacing: float | None) -> tuple[float, float]:
         """Return its ends, m."""
         return self.ends
+
+
+class AtPlace(AlongTrack, abstract=True):
+    """A sensor at one place of the rail.
+
+    Parameters
+    ----------
+    x
+        Position along the track, m.
+    """
+
+    place_words: ClassVar[str] = "x"
+    example: ClassVar[dict[str, Any]] = {"x": 0.3}
+    x: Length
+
+    @property
+    def rail_places(self) -> tuple[float, ...]:
+        """Where it reads the rail, m."""
+        return (float(self.x),)
+
+    def extent(self, spacing: float | None) -> tuple[float, float]:
+        """Return its place, m, twice."""
+        return float(self.x), float(self.x)
 
 
 class AtSeat(AlongTrack, abstract=True):

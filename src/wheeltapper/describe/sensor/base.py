@@ -40,13 +40,17 @@ class Seen(Protocol):
         """Return the deck's acceleration, m/s² upwards, at times."""
         ...
 
+    def axle_box_acceleration(self, wheelset: int) -> FloatArray:
+        """Return a wheelset's acceleration at its axle box on the sensor's side, m/s² upwards, (times,)."""
+        ...
+
     def white_noise(self, count: int) -> FloatArray:
         """Return samples of white noise of unit variance; zeros if none is wanted."""
         ...
 
 
 class Sensor(Noun, abstract=True):
-    """A sensor on a deck or along the track.
+    """A sensor on a deck, along the track, or on a vehicle.
 
     `kind` says which: `Sensor(kind="pad force", seat=3)` is a `PadForce`. Every kind has fields of its own. A kind of
     one's own is a class made of this one, or of those for places along the track in `describe.sensor.along`.
@@ -88,7 +92,7 @@ class Sensor(Noun, abstract=True):
         """Refuse a class whose kind is not one name that no other has, or whose quantity is unknown."""
         field, others = cls.model_fields["kind"], makeable_nouns(Sensor)
         if get_args(field.annotation) != (field.default,):
-            allowed = 'one name, as `kind: Literal["rail strain"] = "rail strain"`'
+            allowed = 'one name, as `kind: Literal["pad strain"] = "pad strain"`'
             raise InputError("", "kind", f"no name of a {cls.__name__}", allowed)
         taken = {one.model_fields["kind"].default: one.__name__ for one in others}
         if taken.get(field.default, cls.__name__) != cls.__name__:

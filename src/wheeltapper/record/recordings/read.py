@@ -62,8 +62,8 @@ def read_recording(
     path
         The file; its suffix states the format.
     quantity
-        "deck acceleration", "force" or "displacement". It follows from the unit, and is needed only to choose among
-        columns, and for displacements.
+        "deck acceleration", "force", "displacement", "strain" or "vertical acceleration". The first two follow from the
+        unit: for them it is needed only to choose among columns. The others are read only where they are asked for.
     unit
         What a 1 in the file is, if the file does not state it: "g", "kN", "10 g"; negative for a sensor that is upside
         down. Or the sensor's sensitivity, for files in V, mV, mV/V or um/m: "100 mV/g", "250 kN/V". A WAV file of

@@ -25,11 +25,12 @@ class Recording(Shown):
     Attributes
     ----------
     samples
-        In SI units: m/s², N or m; NaN where a sample is missing.
+        In SI units: m/s², N, m, or of strains a plain number; NaN where a sample is missing.
     rate
         Samples per second, Hz.
     quantity
-        "deck acceleration" (upwards positive), "force" of an existing detector, or "displacement".
+        "deck acceleration" (upwards positive), "force" of an existing detector, "displacement", "strain" (positive in
+        tension), or "vertical acceleration" of anything but a deck (upwards positive).
     start
         Time of the first sample after the trigger, s.
     clipped

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.sensor.along import FARTHEST_SEAT, AlongTrack, AtSeat
 from wheeltapper.describe.sensor.base import Sensor
 from wheeltapper.describe.site import Site, as_any_site
+from wheeltapper.describe.vehicle.element import Element, Spring
 from wheeltapper.ground.arguments import as_count, as_list
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import DECK, FLEXIBLE_TRACK
@@ -31,6 +32,8 @@ SAME_PLACE = 1e-6
 """Largest distance between a stated place and a seat of the run's track, m."""
 COLUMNS = 16
 """Numbers in memory for each sample, at least."""
+ON_WHEELS = ("vertical_force", "normal_force", "wheel_acceleration", "acceleration")
+"""Variables of `Record.at` that sensors read; the others are not kept."""
 
 
 def recordings(record: Record, sensors: Any, seed: int | None = None) -> dict[str, Recording]:
@@ -140,12 +143,44 @@ class _Run:
         return self._track
 
     @cached_property
+    def wheels(self) -> xr.Dataset:
+        """Forces and accelerations of the wheels, N and m/s²; of a wagon the accelerations of all bodies."""
+        found = self.record.at(self.times)
+        return found[[name for name in ON_WHEELS if name in found]]
+
+    @cached_property
     def forces(self) -> xr.DataArray:
         """Vertical forces of the wheels of one rail, N."""
-        found = self.record.at(self.times)
-        if "vertical_force" not in found:
-            found["vertical_force"] = found["normal_force"] / self.record.scenario.vehicle.plane.rails
-        return found["vertical_force"]
+        if "vertical_force" in self.wheels:
+            return self.wheels["vertical_force"]
+        return self.wheels["normal_force"] / float(self.record.scenario.vehicle.plane.rails)
+
+    def axle_box_acceleration(self, wheelset: int, side: str | None) -> FloatArray:
+        """Return a wheelset's vertical acceleration at an axle box, m/s² upwards; of a wagon z̈ + y·φ̈ (small roll φ)."""
+        count = self.record._contacts.wheelsets
+        if wheelset > count:
+            allowed = f"1 to {count}, the wheelsets of the run" if count > 1 else "1, the only wheelset of the run"
+            raise InputError("", "wheelset", str(wheelset), allowed)
+        if "wheel_acceleration" in self.wheels:
+            found = self.wheels["wheel_acceleration"]
+            return np.asarray(found.sel(wheelset=wheelset) if "wheelset" in found.dims else found)
+        if side is None:
+            raise InputError("", "side", "none, of a run in which the sides differ", '"left" or "right"')
+        name = f"wheelset {wheelset}"
+        found = self.wheels["acceleration"].sel(body=name)
+        y = _axle_box_place(self.record.scenario.vehicle.elements, name, side)
+        return np.asarray(found.sel(motion="z") + y * found.sel(motion="roll"))
+
+
+def _axle_box_place(elements: Sequence[Element], wheelset: str, side: str) -> float:
+    """Return how far left of the middle a wheelset's axle box is, m: where springs hold it, in the mean."""
+    springs = [one for one in elements if isinstance(one, Spring) and wheelset in one.between]
+    places = [float(one.at[1]) for one in springs if (one.at[1] > 0.0 if side == "left" else one.at[1] < 0.0)]
+    if not places:
+        raise InputError(
+            "", "side", f"{side!r}, where no spring holds {wheelset}", "a side with a spring at the axle box"
+        )
+    return float(np.mean(places))
 
 
 class _SeenBy:
@@ -195,6 +230,10 @@ class _SeenBy:
             kind = type(self._run.record.scenario.track).__name__
             raise InputError("", "kind", f"{self._sensor.kind!r} on a {kind}", "sensors along the track")
         return np.asarray(self._run.record.at(times).deck_acceleration)
+
+    def axle_box_acceleration(self, wheelset: int) -> FloatArray:
+        """Return a wheelset's acceleration at its axle box on the sensor's side, m/s² upwards, (times,)."""
+        return self._run.axle_box_acceleration(wheelset, getattr(self._sensor, "side", None))
 
     def white_noise(self, count: int) -> FloatArray:
         """Return samples of white noise of unit variance; zeros without a seed."""

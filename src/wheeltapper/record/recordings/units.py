@@ -6,7 +6,7 @@ import re
 
 from wheeltapper.describe.sensitivity import (
     ALLOWED,
-    LENGTHS,
+    OWN_UNITS,
     QUANTITIES,
     UNKNOWN,
     WRITTEN,
@@ -79,11 +79,12 @@ def column_meaning(
         No unit at all, an unknown one, or two that contradict each other or the quantity.
     """
     stated = meaning_of(unit, quantity) if unit is not None else None
-    own, put_out = quantity_of(in_file, quantity) if in_file else None, output_of(in_file)
+    own = quantity_of(in_file, quantity) if in_file else None
+    put_out = output_of(in_file) if own is None else None  # a strain that is asked for is not what a sensor puts out
     if stated is None and own is None:
         found = f"the unit {in_file!r}" if in_file else "no unit, in the file or as argument"
-        if quantity == "displacement":
-            raise InputError("", "unit", found, f"{LENGTHS}; or unit = one of {WRITTEN[quantity]}")
+        if quantity in OWN_UNITS:
+            raise InputError("", "unit", found, f"{OWN_UNITS[quantity]}; or unit = one of {WRITTEN[quantity]}")
         if in_file and quantity_of(in_file, "displacement"):
             raise InputError("", "unit", found, f"{ALLOWED}; quantity='displacement' reads a length")
         if put_out is not None:

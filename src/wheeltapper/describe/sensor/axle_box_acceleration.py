@@ -1,0 +1,42 @@
+"""An accelerometer on an axle box."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from wheeltapper.describe.sensitivity import Quantity
+from wheeltapper.describe.sensor.base import FloatArray, Seen, Sensor
+
+LAST = 1_000_000
+"""Largest number of a wheelset."""
+
+
+class AxleBoxAcceleration(Sensor):
+    """The vertical acceleration of a wheelset at its axle box, m/s², upwards.
+
+    It is that of the motion; gravity, which some accelerometers show, is not in it. The sensor is on the vehicle of a
+    run, and in no site.
+
+    Parameters
+    ----------
+    wheelset
+        Number of the wheelset, from the leading one, which is 1.
+    side
+        "left" or "right", facing forward: the axle box. Below a wagon it is needed, since wheelsets roll. None: of
+        other vehicles, whose sides are alike.
+    """
+
+    quantity: ClassVar[Quantity] = "vertical acceleration"
+    place_words: ClassVar[str] = "wheelset"
+    kind: Literal["axle box acceleration"] = "axle box acceleration"
+    wheelset: int = Field(default=1, ge=1, le=LAST)
+    side: Literal["left", "right"] | None = None
+
+    def samples(self, seen: Seen) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return what it would have recorded of a run, m/s²; no sample is clipped."""
+        values = np.asarray(seen.axle_box_acceleration(self.wheelset), dtype=float)
+        return values, np.zeros(len(values), dtype=bool)
