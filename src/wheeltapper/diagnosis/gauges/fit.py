@@ -1,0 +1,263 @@
+"""A wheel's flat by least squares: Gauss's and Newton's steps, with exact runs as values.
+
+How readings change with the wheel's values comes from the forces of runs, by `Changes`; with those of the track, which
+also changes what sensors read of a force, from differences of readings, once for a wheel.
+
+Theory: docs/theory/gauges.rst, section 16.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.diagnosis.gauges.changes import Changes
+from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Runs, Values
+from wheeltapper.diagnosis.gauges.weighing import Band, Weights
+
+FloatArray = NDArray[np.float64]
+GAIN, ARRIVAL, MEASURED_SPEED, MEASURED_FORCE = 0.05, 0.01, 0.002, 0.08
+"""Standard deviations: of a sensor's gain where the site states none, of where the wheel is at the first sample, m, of
+its speed and of its static force as measured without a model, over these."""
+STEPS = {LENGTH: 2e-3, POSITION: 1e-4, FORCE: 1e-3, "vehicle.radius": 2e-4}
+"""Of differences: of positions in m, of all others over the value; 2e-3 where a value is not named."""
+TRACK_STEP = 1e-2
+"""The same for values of the track."""
+LONGEST_STEP, FARTHEST = 0.3, 0.03
+"""A step changes the logarithm of a value by this at most, that of an uncertain one by its standard deviation; and a
+place by so many m."""
+FEWEST, MOST = 0.004, 0.2
+"""Of the length of a flat, m: where steps lead beyond, they are shortened."""
+DONE, NEARLY = 1e-3, 20.0
+"""A fit ends where χ² falls by less than this part of itself, or than one; its derivatives are kept where it falls by
+less than this."""
+DAMPED, MORE, TRIES = 1e-3, 8.0, 4
+"""Levenberg's and Marquardt's damping at the start, the factor on it, and how often it is raised."""
+
+
+class Fit(NamedTuple):
+    """A flat that was fitted.
+
+    Attributes
+    ----------
+    shape
+        "fresh" or "rounded".
+    values
+        All values of the wheel and the track.
+    names
+        Of those that were free.
+    covariance
+        Of their logarithms (places: m), then of gains, zero lines in N, and their slopes.
+    chi
+        χ² with the deviations from what was known before.
+    readings
+        How many.
+    gains
+        Of the sensors.
+    model
+        Readings of the model, N, (samples, sensors), without gains and zero lines.
+    track
+        Derivatives of compared readings by values of the track, N, by name.
+    logarithm
+        Of the determinant of the readings' covariance.
+    """
+
+    shape: str
+    values: dict[str, float]
+    names: tuple[str, ...]
+    covariance: FloatArray
+    chi: float
+    readings: int
+    gains: FloatArray
+    model: FloatArray
+    track: Mapping[str, FloatArray]
+    logarithm: float
+
+    @property
+    def misfit(self) -> float:
+        """χ² and the logarithm of the determinant of the covariance: what fits of the same readings differ in."""
+        return self.chi + self.logarithm
+
+    def deviation(self, name: str) -> float:
+        """Return the standard deviation of a free value; of a place in m, of others over the value."""
+        return float(np.sqrt(self.covariance[self.names.index(name), self.names.index(name)]))
+
+
+class Problem(NamedTuple):
+    """A wheel's readings in a band, and what is known before.
+
+    Attributes
+    ----------
+    runs, band, changes, weights, rough
+        Of the wheel; what roughness adds to readings, as in `Weights`.
+    known
+        Values before, by name.
+    spread
+        Their standard deviations, over the values.
+    gain_spread
+        Standard deviation of each sensor's gain.
+    """
+
+    runs: Runs
+    band: Band
+    changes: Changes
+    weights: Weights
+    rough: FloatArray
+    known: dict[str, float]
+    spread: Mapping[str, float]
+    gain_spread: FloatArray
+
+    def precision(self, names: Sequence[str]) -> FloatArray:
+        """Return one over the variances of what is free: values, gains, zero lines and their slopes."""
+        own = {**self.spread, SPEED: MEASURED_SPEED, FORCE: MEASURED_FORCE, ADVANCE: ARRIVAL}
+        zero = np.full(2 * len(self.gain_spread), 1e-12)
+        return np.concatenate([[1.0 / own[n] ** 2 if n in own else 0.0 for n in names], self.gain_spread**-2.0, zero])
+
+    def apart(self, name: str, value: float) -> float:
+        """Return how far a value is from what was known before; 0 where nothing was."""
+        if name == ADVANCE:
+            return value
+        return float(np.log(value / self.known[name])) if name in (*self.spread, SPEED, FORCE) else 0.0
+
+
+def moved(values: Values, name: str, by: float) -> dict[str, float]:
+    """Return values of which one is changed by a step: of its logarithm, or, of a place, in m."""
+    held = values[name]
+    return {**values, name: held + by if name in (POSITION, ADVANCE) else held * float(np.exp(by))}
+
+
+def fitted(
+    problem: Problem, values: Values, shape: str, names: Sequence[str], track: Sequence[str] = (), steps: int = 6,
+    known: Mapping[str, FloatArray] | None = None,
+) -> Fit:  # fmt: skip
+    """Return a flat fitted to readings.
+
+    Parameters
+    ----------
+    problem
+        Readings, and what is known.
+    values
+        From which it starts.
+    shape
+        "fresh" or "rounded".
+    names, track
+        Values of the wheel, and of the track, that are free.
+    steps
+        Most of them.
+    known
+        Derivatives by values of the track, if they are known from another fit of the wheel.
+    """
+    search = _Search(problem, shape, (*names, *track))
+    now = search.at(dict(values), np.ones(len(problem.gain_spread)), np.zeros(2 * len(problem.gain_spread)))
+    damping, fell, columns = DAMPED, np.inf, dict[str, FloatArray]()
+    of_track = known or {name: search.difference(now, name) for name in track}
+    for number in range(steps):
+        if not columns or (number % 2 == 0 and fell > NEARLY):
+            columns = {name: search.change(now, name) for name in names}
+        jacobian = search.jacobian(now, {**columns, **of_track})
+        curvature, downhill = search.normal(now, jacobian)
+        for _ in range(TRIES):
+            change = np.asarray(np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), downhill))
+            after = search.stepped(now, change)
+            if after is not None and after.chi < now.chi:
+                break
+            damping = max(damping * MORE, DAMPED)
+        else:
+            break
+        fell, now, damping = now.chi - after.chi, after, max(damping / MORE, 1e-6)
+        if fell < max(DONE * now.chi, 1.0):
+            break
+    covariance = np.asarray(np.linalg.inv(curvature))
+    count = int(problem.band.counts.sum())
+    return Fit(
+        shape, now.values, search.names, covariance, now.chi, count, now.gains, now.model, of_track,
+        problem.weights.logarithm,
+    )  # fmt: skip
+
+
+class _Now(NamedTuple):
+    """Where a search is: values, gains, zero lines, readings of the model (all, and smooth), what is left, and χ²."""
+
+    values: dict[str, float]
+    gains: FloatArray
+    zeros: FloatArray
+    model: FloatArray
+    smooth: FloatArray
+    left: FloatArray
+    chi: float
+
+
+class _Search:
+    """A search for the values that explain readings best."""
+
+    def __init__(self, problem: Problem, shape: str, names: tuple[str, ...]) -> None:
+        self.problem, self.shape, self.names = problem, shape, names
+        self.recorded = problem.band.smooth(problem.band.passing.readings)
+        self.along = np.linspace(-1.0, 1.0, len(self.recorded))[:, None]
+        self.precision = problem.precision(names)
+        self.limits = np.array([problem.spread.get(name, LONGEST_STEP) for name in names])
+        self.limits[[name in (POSITION, ADVANCE) for name in names]] = FARTHEST
+
+    def at(self, values: dict[str, float], gains: FloatArray, zeros: FloatArray) -> _Now:
+        """Return what is left of the readings with these values."""
+        problem, count = self.problem, len(gains)
+        model = problem.runs.readings(values, self.shape)
+        smooth = problem.band.smooth(model)
+        told = smooth * gains + zeros[:count] + self.along * zeros[count:]
+        left = problem.weights.over(problem.band.taken(self.recorded - told))
+        known = self.deviations(values, gains, zeros)
+        chi = left @ problem.weights.weighed(left) + (known**2 * self.precision).sum()
+        return _Now(values, gains, zeros, model, smooth, left, float(chi))
+
+    def deviations(self, values: Values, gains: FloatArray, zeros: FloatArray) -> FloatArray:
+        """Return how far all that is free is from what was known before."""
+        return np.concatenate([[self.problem.apart(name, values[name]) for name in self.names], gains - 1.0, zeros])
+
+    def change(self, now: _Now, name: str) -> FloatArray:
+        """Return how compared readings change with a value of the wheel, N."""
+        problem, passing = self.problem, self.problem.band.passing
+        if name in (ADVANCE, SPEED):  # the same readings, earlier
+            slope = np.gradient(now.smooth, axis=0) * passing.rate
+            by = 1.0 / now.values[SPEED] if name == ADVANCE else passing.seconds[:, None]
+            return problem.band.taken(slope * by)
+        step = STEPS.get(name, 2e-3)
+        forces = [problem.runs.forces(v, self.shape) for v in (now.values, moved(now.values, name, step))]
+        return problem.changes.of((forces[1] - forces[0]) / step)
+
+    def difference(self, now: _Now, name: str) -> FloatArray:
+        """Return how compared readings change with a value of the track, N."""
+        band, values = self.problem.band, moved(now.values, name, TRACK_STEP)
+        changed = band.smooth(self.problem.runs.readings(values, self.shape))
+        return band.taken((changed - now.smooth) / TRACK_STEP)
+
+    def jacobian(self, now: _Now, columns: Mapping[str, FloatArray]) -> FloatArray:
+        """Return the derivatives of the model's readings, over their deviations."""
+        band, count = self.problem.band, len(now.gains)
+        gains = np.repeat(now.gains, band.counts)
+        out = [columns[name] * gains for name in self.names]
+        for values in (now.smooth, np.ones_like(now.smooth), np.broadcast_to(self.along, now.smooth.shape)):
+            for number in range(count):
+                column = np.zeros_like(now.smooth)
+                column[:, number] = values[:, number]
+                out.append(band.taken(column))
+        return self.problem.weights.over(np.stack(out, axis=1))
+
+    def normal(self, now: _Now, jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the curvature of χ²/2, and its slope downhill."""
+        weighed = self.problem.weights.weighed(np.column_stack([jacobian, now.left]))
+        curvature = jacobian.T @ weighed[:, :-1] + np.diag(self.precision)
+        known = self.deviations(now.values, now.gains, now.zeros)
+        return curvature, jacobian.T @ weighed[:, -1] - self.precision * known
+
+    def stepped(self, now: _Now, change: FloatArray) -> _Now | None:
+        """Return where a step leads; None where there is no such wheel."""
+        free, count = len(self.names), len(now.gains)
+        values = now.values
+        for name, by in zip(self.names, np.clip(change[:free], -self.limits, self.limits).tolist(), strict=True):
+            values = moved(values, name, by)
+        if not FEWEST < values.get(LENGTH, 0.5 * MOST) < MOST:
+            return None
+        return self.at(values, now.gains + change[free : free + count], now.zeros + change[free + count :])

@@ -1,0 +1,150 @@
+"""A wheel that passes sensors along the track: what they recorded of it, and runs of a model of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.irregularity.flat import WheelFlat
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.sensor.along import BetweenPlaces
+from wheeltapper.record.record import Record
+from wheeltapper.record.simulate import simulated_quietly
+
+FloatArray = NDArray[np.float64]
+Values = Mapping[str, float]
+"""Of what is fitted: paths of the scenario, and the names below."""
+LENGTH, POSITION, SPEED, FORCE, ADVANCE = "length", "position", "speed", "static force", "advance"
+"""Of a flat: length, m, and where its middle meets the rail, m along the track. Of the wheel: m/s, N, and how far it is
+ahead of where `Passing.place` has it, m."""
+RUN_IN = 0.08
+"""For how long a run begins before the first sample, s: its start at rest has then died away."""
+KEPT = 48
+"""Runs that are kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class Passing:
+    """What sensors of one rail recorded of one wheel that rolls towards growing x.
+
+    Attributes
+    ----------
+    sensors
+        Of the columns; places in m along the track.
+    rate
+        Samples per second, Hz.
+    readings
+        Over the sensors' gains, N, (samples, sensors).
+    used
+        Which of these count, (samples, sensors).
+    place, speed, static_force
+        Where the wheel is at the first sample, m, its speed, m/s, and its static force, N, as measured without a model.
+    noise
+        Standard deviation of the noise of a sample, N.
+    """
+
+    sensors: tuple[BetweenPlaces, ...]
+    rate: float
+    readings: FloatArray
+    used: NDArray[np.bool_]
+    place: float
+    speed: float
+    static_force: float
+    noise: float
+
+    @property
+    def seconds(self) -> FloatArray:
+        """Time of each sample after the first, s."""
+        return np.arange(len(self.readings)) / self.rate
+
+    @property
+    def x(self) -> FloatArray:
+        """Where the wheel is at each sample, m."""
+        return self.place + self.speed * self.seconds
+
+    @property
+    def lead(self) -> int:
+        """How many samples a run begins before the first one."""
+        return round(RUN_IN * self.rate)
+
+
+@dataclass(eq=False)
+class Runs:
+    """Runs of a model of a passing wheel.
+
+    Attributes
+    ----------
+    passing
+        What was recorded.
+    scene
+        One wheel without a flaw on the site's track, whose x is that of the site; speed, load and duration are not its
+        own.
+    count
+        How many runs there were.
+    """
+
+    passing: Passing
+    scene: Scenario
+    count: int = 0
+    _records: dict[Any, Record] = field(default_factory=dict, repr=False)
+    _readings: dict[Any, FloatArray] = field(default_factory=dict, repr=False)
+
+    def start(self, values: Values) -> float:
+        """Return where along the track a run begins, m."""
+        return self.passing.place + values[ADVANCE] - values[SPEED] * self.passing.lead / self.passing.rate
+
+    def scenario(self, values: Values, shape: str) -> Scenario:
+        """Return a wheel with these values; its x counts from `start`."""
+        own = {path: value for path, value in values.items() if "." in path}
+        begins, track = self.start(values), self.scene.track
+        changed = self.scene.replaced({**own, SPEED: values[SPEED]})
+        mass, radius = float(changed.vehicle.mass), float(changed.vehicle.radius)
+        flats = []
+        if values.get(LENGTH, 0.0) > 0.0:
+            turn = 2.0 * pi * radius
+            first = (values[POSITION] - begins) % turn
+            first += turn if first < values[LENGTH] else 0.0
+            flats = [WheelFlat(length=values[LENGTH], position=first, shape=shape)]
+        samples = self.passing.lead + len(self.passing.readings)
+        return changed.replaced({
+            "vehicle.load": values[FORCE] - mass * float(changed.vehicle.gravity),
+            "track.first_sleeper": (float(track.first_sleeper) - begins) % float(track.spacing),
+            "irregularity": flats, "duration": samples / self.passing.rate,
+        })  # fmt: skip
+
+    def record(self, values: Values, shape: str) -> Record:
+        """Return a run."""
+        key = shape, tuple(sorted(values.items()))
+        if key not in self._records:
+            self.count += 1
+            self._records[key] = simulated_quietly(self.scenario(values, shape))
+            while len(self._records) > KEPT:
+                self._records.pop(next(iter(self._records)))
+        return self._records[key]
+
+    def readings(self, values: Values, shape: str) -> FloatArray:
+        """Return what the sensors would have recorded of a run, N, (samples, sensors)."""
+        key = shape, tuple(sorted(values.items()))
+        if key not in self._readings:
+            begins, rate = self.start(values), self.passing.rate
+            moved = {str(number): _moved(one, -begins, number, rate) for number, one in enumerate(self.passing.sensors)}
+            found = self.record(values, shape).recordings(list(moved.values()))
+            first, last = self.passing.lead, self.passing.lead + len(self.passing.readings)
+            self._readings[key] = np.stack([found[name].samples[first:last] for name in moved], axis=1)
+        return self._readings[key]
+
+    def forces(self, values: Values, shape: str) -> FloatArray:
+        """Return the contact's force in a run, N, at the samples and at those of the run-in before."""
+        times = np.arange(self.passing.lead + len(self.passing.readings)) / self.passing.rate
+        return np.asarray(self.record(values, shape).at(times).normal_force)
+
+
+def _moved(sensor: BetweenPlaces, by: float, number: int, rate: float) -> BetweenPlaces:
+    """Return a sensor of gain 1 that lies further on, m, under the name of its number."""
+    own = {"name": str(number), "rate": rate, "gain": 1.0}
+    return sensor.model_copy(update=own | {"x1": sensor.x1 + by, "x2": sensor.x2 + by})

@@ -1,0 +1,106 @@
+"""What a track answers to a harmonic force: at the contact, and in a sensor, for all places of the force.
+
+A force that moves is taken to stand still while the track answers it: waves in the rail are some ten times as fast as
+trains. That is not exact enough for what a fitted model reads, but it is for what roughness may add to it, for where a
+flat may be, and for how readings change with what is fitted.
+
+Theory: docs/theory/gauges.rst, section 16.2.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.lower.track import waves
+from wheeltapper.lower.track.section import Section
+
+ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
+PLACES = 24
+"""Places in a bay at which responses are known."""
+STEP, HIGHEST = 12.5, 1000.0
+"""Of the frequencies at which they are known, Hz."""
+LOWEST = 0.5
+"""In place of the frequency zero, Hz."""
+
+
+class Responses(NamedTuple):
+    """Responses of a track to unit forces that vary as e^{iωt}.
+
+    Attributes
+    ----------
+    frequencies
+        Hz, rising by equal steps from zero.
+    spacing
+        Of the seats, m.
+    under
+        The rail's deflection under the force, m/N, (frequencies, PLACES + 1), from one seat to the next.
+    first
+        First place along the track of `read`, in units of spacing/PLACES.
+    read
+        Readings of each sensor, N/N, (frequencies, places, sensors).
+    """
+
+    frequencies: FloatArray
+    spacing: float
+    under: ComplexArray
+    first: int
+    read: ComplexArray
+
+    def contact(self, frequencies: FloatArray, stiffness: float, mass: float) -> ComplexArray:
+        """Return the force per height below a wheel, N/m, (frequencies, PLACES + 1).
+
+        `stiffness` is that of the contact about its static force, N/m, `mass` that of the wheel, kg.
+        """
+        lower, share = self._between(frequencies)
+        under = (1.0 - share)[:, None] * self.under[lower] + share[:, None] * self.under[lower + 1]
+        inertia = 1.0 / (mass * (2.0 * np.pi * np.maximum(frequencies, LOWEST)) ** 2)
+        return np.asarray(1.0 / (1.0 / stiffness + under - inertia[:, None]))
+
+    def at_places(self, values: ComplexArray, x: FloatArray) -> ComplexArray:
+        """Return values from one seat to the next, (frequencies, PLACES + 1), at places, (frequencies, places)."""
+        place, share = np.divmod(np.mod(x / self.spacing, 1.0) * PLACES, 1.0)
+        lower = np.minimum(place.astype(int), PLACES - 1)
+        return np.asarray((1.0 - share) * values[:, lower] + share * values[:, lower + 1])
+
+    def readings(self, frequencies: FloatArray, x: FloatArray) -> ComplexArray:
+        """Return the readings of unit forces at places, (sensors, frequencies, places)."""
+        lower, share = self._between(frequencies)
+        along, beside = np.divmod(x * PLACES / self.spacing - self.first, 1.0)
+        left = np.clip(along.astype(int), 0, self.read.shape[1] - 2)
+        read = (1.0 - share)[:, None, None] * self.read[lower] + share[:, None, None] * self.read[lower + 1]
+        found = (1.0 - beside)[:, None] * read[:, left] + beside[:, None] * read[:, left + 1]
+        return np.moveaxis(found, 2, 0)
+
+    def _between(self, frequencies: FloatArray) -> tuple[NDArray[np.int64], FloatArray]:
+        """Return between which of the known frequencies others lie, and where."""
+        whole, share = np.divmod(frequencies / self.frequencies[1], 1.0)
+        lower = np.clip(whole.astype(np.int64), 0, len(self.frequencies) - 2)
+        return lower, np.where(whole > lower, 1.0, share)
+
+
+@lru_cache(maxsize=8)
+def responses_of(section: Section, places: tuple[tuple[float, float], ...], first: float, last: float) -> Responses:
+    """Return the responses of a track to forces between two places, m from a seat, in pairs of shear gauges.
+
+    `places` are the gauges behind and ahead of each pair, m from that seat.
+    """
+    frequencies = np.arange(0.0, HIGHEST + 0.5 * STEP, STEP)
+    omega = 2.0 * np.pi * np.maximum(frequencies, LOWEST)
+    step = section.spacing / PLACES
+    begin, end = int(np.floor(first / step)) - 1, int(np.ceil(last / step)) + 2
+    forces = np.arange(begin, end)
+    ends = np.array(places)
+    bays = np.floor(ends / section.spacing + 1e-9)
+    inside, which = np.unique(np.round(ends - bays * section.spacing, 9), return_inverse=True)
+    ahead = forces[:, None] - PLACES * bays.astype(int).ravel()
+    apart = np.arange(ahead.min(), ahead.max() + 1)
+    field = waves.response(section, omega[:, None, None], apart[:, None] * step, inside)[..., 3]
+    shear = field[:, ahead - apart[0], which.ravel()].reshape(len(omega), len(forces), -1, 2)
+    within = np.arange(PLACES + 1) * step
+    under = waves.response(section, omega[:, None], within, within)[..., 0]
+    return Responses(frequencies, section.spacing, under, begin, shear[..., 0] - shear[..., 1])

@@ -1,0 +1,63 @@
+"""What roughness of wheel and rail adds to readings, by what is known of it: its level.
+
+It is a sum of waves with independent amplitudes, whose variance the level gives. Each wave gives two columns of
+readings, as a wheel that keeps contact answers to it. The columns R add R·Rᵀ to the covariance of the readings.
+
+Theory: docs/theory/gauges.rst, section 16.3.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.irregularity.density import published_density
+from wheeltapper.diagnosis.gauges.responses import Responses
+from wheeltapper.diagnosis.gauges.weighing import Band
+
+FloatArray = NDArray[np.float64]
+LEVEL = "ISO 3095:2013"
+"""The roughness is taken to be at this limit; longer waves than its table has go on with the density of its longest."""
+LONGEST, SHORTEST = 0.9, 0.022
+"""Wavelengths, m. Longer ones give forces that a slope of the zero line takes up; shorter ones are in no reading."""
+BEYOND = 1.05
+"""Waves are of interest up to this times the highest frequency that is read."""
+
+
+def rough_columns(band: Band, responses: Responses, stiffness: float, mass: float, added: float = 0.0) -> FloatArray:
+    """Return readings of waves of roughness with the amplitudes of the level, N, (readings, columns).
+
+    Parameters
+    ----------
+    band
+        Readings that are compared.
+    responses
+        Of the track.
+    stiffness, mass
+        Of the contact about the static force, N/m, and of the wheel, kg.
+    added
+        To the level, dB.
+    """
+    passing, cutoff, picked = band.passing, band.cutoff, band.picked
+    rows = np.flatnonzero(picked.any(axis=1))
+    x = passing.x[rows]
+    begin, end = float(passing.x[0]), float(passing.x[-1])
+    width = 1.0 / (end - begin)
+    below = np.arange(1.0 / LONGEST, min(BEYOND * cutoff / passing.speed, 1.0 / SHORTEST), width)
+    density = published_density(LEVEL)
+    assert density.known is not None
+    known = np.maximum(below, 1.0 / density.known[1])
+    amplitude = np.sqrt(density.variance_between(known, known + width) * 10.0 ** (0.1 * added))
+    number = below + 0.5 * width
+    frequencies = number * passing.speed
+    answer = responses.at_places(responses.contact(frequencies, stiffness, mass), x)
+    force = answer * np.exp(2j * np.pi * number[:, None] * (x - begin))
+    force *= (amplitude * band.gain(frequencies))[:, None]
+    read = responses.readings(frequencies, x) * force
+    both = np.concatenate([read.real, read.imag], axis=1)
+    return np.concatenate([one[:, own].T for one, own in zip(both, picked[rows].T, strict=True)])
+
+
+def contact_stiffness(constant: float, force: float) -> float:
+    """Return the slope of N = C·δ^1.5 at a force, N/m."""
+    return float(1.5 * constant ** (2.0 / 3.0) * force ** (1.0 / 3.0))

@@ -1,0 +1,151 @@
+"""Where on a wheel's circumference a flat may be, and how long: one flat's readings times a factor, at all places.
+
+The force of a flat depends little on where in a bay it strikes: it is simulated at some places, and moved to others.
+
+Theory: docs/theory/gauges.rst, section 16.4.
+"""
+
+from __future__ import annotations
+
+from math import ceil, pi
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.diagnosis.gauges.changes import Changes
+from wheeltapper.diagnosis.gauges.passing import LENGTH, POSITION, RUN_IN, SPEED, Runs, Values
+from wheeltapper.diagnosis.gauges.weighing import Band, Weights
+
+ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
+PLACES = 6
+"""Places in a bay at which a strike is simulated."""
+TRIED = 0.04
+"""Length of the flat that is simulated, m."""
+BEFORE, ENDS = 0.02, 0.01
+"""A strike's force is taken from so long before it, s; at its end it is faded out over so long."""
+RADII = (-0.008, 0.0, 0.008)
+"""Of the wheel, less the stated one, over that."""
+FINE = 4.5
+"""Places that are tried are this part of the shortest wave that is read apart."""
+SHORTEST, LONGEST = 0.01, 0.08
+"""Of a flat that is found, m."""
+APART = 0.03
+"""Places of a flat that are no farther apart are one, m."""
+
+
+class Candidate(NamedTuple):
+    """A flat that may be there.
+
+    Attributes
+    ----------
+    gain
+        By how much it lowers χ².
+    length, position
+        m.
+    radius
+        Of the wheel, over the stated one.
+    """
+
+    gain: float
+    length: float
+    position: float
+    radius: float
+
+
+def candidates(
+    runs: Runs, values: Values, band: Band, changes: Changes, weights: Weights, most: int
+) -> list[Candidate]:
+    """Return the places at which a fresh flat explains most of the readings, the best first."""
+    passing = runs.passing
+    speed, radius = values[SPEED], float(runs.scene.vehicle.radius)
+    level = band.smooth(runs.readings(values, "fresh"))
+    left = weights.over(band.taken(band.smooth(passing.readings) - level))
+    free = weights.over(_free(band, level, speed))
+    strikes = _Strikes(runs, values, changes)
+    begin, end = float(passing.x[0]), float(passing.x[-1])
+    first, step = begin - 0.2, speed / (FINE * band.cutoff)
+    tried = [
+        (place, 1.0 + more) for more in RADII for place in np.arange(first, first + 2 * pi * radius * (1 + more), step)
+    ]
+    spectra = [strikes.at(np.arange(place, end, 2.0 * pi * radius * factor)) for place, factor in tried]
+    columns = weights.over(changes.of_spectra(np.stack(spectra, axis=1)))
+    factor, gain = _factors(left, free, columns, weights)
+    found: list[Candidate] = []
+    turn = 2.0 * pi * radius
+    for number in np.argsort(-gain):
+        place, own = tried[number]
+        ways = [abs((place - one.position + 0.5 * turn) % turn - 0.5 * turn) for one in found]
+        if all(way > APART for way in ways):
+            length = float(np.clip(TRIED * np.sqrt(factor[number]), SHORTEST, LONGEST))
+            found.append(Candidate(float(gain[number]), length, float(place), own))
+        if len(found) == most:
+            break
+    return found
+
+
+def _free(band: Band, level: FloatArray, speed: float) -> FloatArray:
+    """Return the readings of what is free besides: gain and zero line of each sensor, arrival, and speed."""
+    columns = []
+    for number in range(level.shape[1]):
+        for values in (level[:, number], 1e3 * np.ones(len(level))):
+            column = np.zeros_like(level)
+            column[:, number] = values
+            columns.append(band.taken(column))
+    slope = np.gradient(level, axis=0) * band.passing.rate * 2e-3 / speed
+    along = np.linspace(-1.0, 1.0, len(level))[:, None]
+    return np.stack([*columns, band.taken(slope), band.taken(slope * along)], axis=1)
+
+
+def _factors(
+    left: FloatArray, free: FloatArray, columns: FloatArray, weights: Weights
+) -> tuple[FloatArray, FloatArray]:
+    """Return the best factor on each column, at least 0, and by how much χ² falls with it."""
+    weighed = weights.weighed(np.column_stack([left, free]))
+    own, tied = weighed[:, 0], weighed[:, 1:]
+    inverse = np.linalg.inv(free.T @ tied + 1e-6 * np.eye(free.shape[1]))
+    of_columns = weights.weighed(columns)
+    beside = free.T @ of_columns
+    along = columns.T @ own - beside.T @ inverse @ (free.T @ own)
+    size = (columns * of_columns).sum(axis=0) - (beside * (inverse @ beside)).sum(axis=0)
+    factor = np.clip(along / size, 0.0, (LONGEST / TRIED) ** 2)
+    return factor, factor * (2.0 * along - factor * size)
+
+
+class _Strikes:
+    """Spectra of what one strike adds to the force, wherever it is."""
+
+    def __init__(self, runs: Runs, values: Values, changes: Changes) -> None:
+        passing, speed = runs.passing, values[SPEED]
+        self._changes, self._speed, self._rate = changes, speed, passing.rate
+        self._begin = runs.start(values)
+        self._spacing = float(runs.scene.track.spacing)
+        self._seat = float(runs.scene.track.first_sleeper)
+        smooth = runs.forces(values, "fresh")
+        turn = 2.0 * pi * float(runs.scene.vehicle.radius) / speed
+        self._before = round(BEFORE * passing.rate)
+        longest, fade = round(0.95 * turn * passing.rate), round(ENDS * passing.rate)
+        spectra = []
+        settled = self._begin + max(0.5 * RUN_IN * speed, 1.1 * BEFORE * speed)
+        for number in range(PLACES):
+            inside = self._seat + number * self._spacing / PLACES
+            place = inside + ceil((settled - inside) / self._spacing) * self._spacing
+            struck = runs.forces({**values, LENGTH: TRIED, POSITION: place}, "fresh") - smooth
+            at = round((place - self._begin) / speed * passing.rate)
+            part = struck[at - self._before : at - self._before + longest].copy()
+            part[-fade:] *= np.linspace(1.0, 0.0, fade)
+            late = place - self._begin - at / passing.rate * speed
+            spectrum = changes.spectra(part)
+            spectra.append(spectrum * np.exp(2j * np.pi * changes.frequencies * late / speed))
+        self._spectra = np.array(spectra)
+
+    def at(self, places: FloatArray) -> ComplexArray:
+        """Return the spectrum of strikes at places, m."""
+        total = np.zeros(len(self._changes.frequencies), dtype=complex)
+        for place in places:
+            lower, share = divmod(((place - self._seat) / self._spacing) % 1.0 * PLACES, 1.0)
+            one, other = self._spectra[int(lower) % PLACES], self._spectra[(int(lower) + 1) % PLACES]
+            after = (place - self._begin) / self._speed - self._before / self._rate
+            total += ((1.0 - share) * one + share * other) * np.exp(-2j * np.pi * self._changes.frequencies * after)
+        return total

@@ -1,0 +1,102 @@
+"""Readings after a low-pass, weighed by noise and roughness: least squares with the covariance σ²·W² + R·Rᵀ.
+
+Theory: docs/theory/gauges.rst, section 16.1.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from wheeltapper.diagnosis.gauges.passing import Passing
+from wheeltapper.record.assessment.filtering import low_passed
+
+FloatArray = NDArray[np.float64]
+SAMPLES = 2.5
+"""Readings are compared at so many times the cut-off frequency, a second."""
+ORDER = 8
+"""Of the low-pass."""
+CORRELATED = 2.2
+"""Noise after the low-pass has a variance of so many times cutoff/rate: its band, and some more, as neighbouring
+readings are not quite independent."""
+
+
+class Band(NamedTuple):
+    """Which readings of a passing are compared, after a low-pass.
+
+    Attributes
+    ----------
+    passing
+        What was recorded.
+    cutoff
+        Hz.
+    picked
+        (samples, sensors).
+    """
+
+    passing: Passing
+    cutoff: float
+    picked: NDArray[np.bool_]
+
+    def smooth(self, readings: FloatArray) -> FloatArray:
+        """Return readings after the low-pass, (samples, sensors)."""
+        return low_passed(readings, self.passing.rate, self.cutoff, ORDER)
+
+    def gain(self, frequencies: FloatArray) -> FloatArray:
+        """Return what the low-pass leaves of amplitudes."""
+        return np.asarray(1.0 / (1.0 + (np.sqrt(2.0) - 1.0) * (frequencies / self.cutoff) ** ORDER))
+
+    def taken(self, readings: FloatArray) -> FloatArray:
+        """Return the readings that are compared, of each sensor one after the other."""
+        return np.asarray(readings.T[self.picked.T])
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """How many of them each sensor has."""
+        return np.asarray(self.picked.sum(axis=0))
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of their noise, N."""
+        return float(self.passing.noise * np.sqrt(CORRELATED * self.cutoff / self.passing.rate))
+
+
+def band_of(passing: Passing, cutoff: float) -> Band:
+    """Return the readings that are compared up to a frequency, Hz."""
+    every = max(1, int(passing.rate / (SAMPLES * cutoff)))
+    picked = np.zeros_like(passing.used)
+    picked[::every] = passing.used[::every]
+    return Band(passing, cutoff, picked)
+
+
+class Weights:
+    """Weights of readings: 1 over their deviations, and less for what waves of roughness give.
+
+    Parameters
+    ----------
+    deviations
+        Of each reading, N, without roughness.
+    rough
+        Columns of readings, N, (readings, columns).
+    """
+
+    def __init__(self, deviations: FloatArray, rough: FloatArray) -> None:
+        self.deviations = deviations
+        self._rough = rough / deviations[:, None]
+        self._held = cho_factor(np.eye(rough.shape[1]) + self._rough.T @ self._rough, lower=True)
+
+    def over(self, readings: FloatArray) -> FloatArray:
+        """Return readings over their deviations, (readings, ...)."""
+        return (readings.T / self.deviations).T
+
+    def weighed(self, over: FloatArray) -> FloatArray:
+        """Return the inverse of the covariance times readings that are over their deviations."""
+        return np.asarray(over - self._rough @ cho_solve(self._held, self._rough.T @ over))
+
+    @property
+    def logarithm(self) -> float:
+        """Logarithm of the determinant of the covariance, but for a constant."""
+        return float(2.0 * (np.log(np.diag(self._held[0])).sum() + np.log(self.deviations).sum()))

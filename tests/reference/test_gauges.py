@@ -1,0 +1,135 @@
+"""Flats sized from gauges, on recordings of finite elements whose track differs in all that is uncertain."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from tests.wayside import (
+    BALLAST,
+    BALLAST_DAMPING,
+    BENDING,
+    HERTZ,
+    MASS,
+    PAD,
+    PAD_DAMPING,
+    RADIUS,
+    RAIL_MASS,
+    SLEEPER,
+    SPACING,
+    Line,
+    Wheel,
+)
+from wheeltapper.diagnosis.gauges.changes import Changes
+from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
+from wheeltapper.diagnosis.gauges.responses import responses_of
+from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
+from wheeltapper.diagnosis.gauges.sizing import Known, sized_flat
+from wheeltapper.diagnosis.gauges.weighing import band_of
+from wheeltapper.lower.track.section import section_of
+
+RATE, NOISE, SHEAR, TURN = 5e3, 500.0, 2.43e8, 2.0 * np.pi * RADIUS
+PAIRS = tuple((SPACING * k + 0.1, SPACING * k + 0.5) for k in range(6))
+RAIL = wt.tracks.Rail(bending_stiffness=BENDING, shear_stiffness=SHEAR, mass_per_length=RAIL_MASS, damping=1e-6)
+TRACK = wt.tracks.Ballasted(
+    rail=RAIL, spacing=SPACING, pad_stiffness=PAD, pad_damping=PAD_DAMPING, sleeper_mass=SLEEPER,
+    ballast_stiffness=BALLAST, ballast_damping=BALLAST_DAMPING,
+)  # fmt: skip
+SCENE = wt.Scenario(
+    vehicle=wt.Wheelset(mass=MASS, load=7e4, stiffness=0.0, damping=0.0, radius=RADIUS, wheels=1), track=TRACK,
+    contact=wt.Hertz(constant_per_wheel=HERTZ), speed=20.0, duration=0.3,
+)  # fmt: skip
+SPREAD = {
+    "track.pad_stiffness": 0.2, "track.pad_damping": 0.3, "track.ballast_stiffness": 0.2, "track.ballast_damping": 0.3,
+    "contact.constant_per_wheel": 0.05, "vehicle.mass": 0.08, "vehicle.radius": 0.01,
+}  # fmt: skip
+SENSORS = tuple(
+    wt.sensors.RailShearForce(name=f"{number}", x1=a, x2=b, rate=RATE) for number, (a, b) in enumerate(PAIRS)
+)
+
+
+@cache
+def passages(speed, wheels, differs=True):
+    """Return the places of wheels over time, and what the gauges read; `differs`: on a track other than the model's."""
+    other = {"pad": 1.04 * PAD, "ballast": 1.1 * BALLAST, "pad_damping": 0.85 * PAD_DAMPING, "hertz": 0.94 * HERTZ}
+    line = Line([("pair", *one) for one in PAIRS], shear=SHEAR, per_bay=12, **(other if differs else {}))
+    found = line.passages(wheels, speed, RATE)
+    return found.x, found.readings
+
+
+def passing_of(x, readings, speed, load, seed):
+    """Return what is known of a wheel: noisy readings with wrong gains; place, speed and load are off, too."""
+    rng = np.random.default_rng(seed)
+    inside = slice(int(np.searchsorted(x, PAIRS[0][0] - 1.4)), int(np.searchsorted(x, PAIRS[-1][1] + 1.4)))
+    gains = 1.0 + 0.05 * rng.standard_normal(len(PAIRS))
+    rows = (gains[:, None] * readings[:, inside] + NOISE * rng.standard_normal(readings[:, inside].shape)).T
+    place, own = x[inside][0] + 2e-3 * rng.standard_normal(), speed * (1.0 + 1.3e-3 * rng.standard_normal())
+    at = place + own / RATE * np.arange(len(rows))
+    used = np.stack([np.minimum(abs(at - a), abs(at - b)) > 0.06 for a, b in PAIRS], axis=1)
+    return Passing(SENSORS, RATE, rows, used, place, own, load * (1.0 + 0.03 * rng.standard_normal()), NOISE)
+
+
+def responses(passing):
+    return responses_of(section_of(TRACK), PAIRS, passing.x[0], passing.x[-1])
+
+
+def test_a_slow_force_reads_one_between_the_gauges_and_nothing_beside():
+    x, readings = passages(20.0, (Wheel(8e4, seed=7),))
+    passing = passing_of(x, readings[0], 20.0, 8e4, 1)
+    places = np.array([-1.0, 0.0, 0.2, 0.4, 0.8, 1.0, 2.9])
+    read = responses(passing).readings(np.array([0.0]), places)[:, 0]
+    np.testing.assert_allclose(read[0], [0, 0, 1, 1, 0, 0, 0], atol=1e-3)
+    np.testing.assert_allclose(read[1], [0, 0, 0, 0, 1, 1, 0], atol=1e-3)
+
+
+def test_roughness_has_the_size_that_its_columns_say():
+    wheels = tuple(Wheel(8e4, seed=seed) for seed in range(12))
+    x, readings = passages(20.0, wheels, differs=False)
+    _, (level,) = passages(20.0, (Wheel(8e4),), differs=False)
+    passing = passing_of(x, readings[0], 20.0, 8e4, 1)
+    band = band_of(passing, 800.0)
+    columns = rough_columns(band, responses(passing), contact_stiffness(HERTZ, 8e4), MASS)
+    begin = int(np.searchsorted(x, PAIRS[0][0] - 1.4))
+    rows = slice(begin, begin + len(passing.readings))
+    found = [np.std(band.taken(band.smooth((one - level)[:, rows].T))) for one in readings]
+    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(np.sqrt((columns**2).sum(axis=1).mean()), rel=0.15)
+
+
+@pytest.mark.parametrize(("speed", "limit"), [(12.0, 0.11), (20.0, 0.12), (33.0, 0.25)])
+def test_a_change_of_the_force_is_nearly_read_as_in_a_run(speed, limit):
+    count = int(6.2 / speed * RATE)
+    empty = np.zeros((count, len(PAIRS)))
+    passing = Passing(SENSORS, RATE, empty, empty == 0.0, -1.3, speed, 8e4, NOISE)
+    runs, band = Runs(passing, SCENE), band_of(passing, 800.0)
+    used = np.stack([np.minimum(abs(passing.x - a), abs(passing.x - b)) > 0.06 for a, b in PAIRS], axis=1)
+    band = band._replace(picked=band.picked & used)
+    smooth = {SPEED: speed, FORCE: 8e4, ADVANCE: 0.0}
+    flat = {**smooth, LENGTH: 0.04, POSITION: 1.0}
+    exact = band.taken(band.smooth(runs.readings(flat, "fresh") - runs.readings(smooth, "fresh")))
+    change = runs.forces(flat, "fresh") - runs.forces(smooth, "fresh")
+    found = Changes(band, responses(passing)).of(change)
+    assert np.sqrt(np.mean((found - exact) ** 2) / np.mean(exact**2)) < limit
+    assert runs.count == 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("speed", "load", "length", "place", "worn"),
+    [
+        (20.0, 73e3, 0.042, 1.35, False),  # strikes in a crib between gauges
+        (20.0, 52e3, 0.034, 0.62, False),  # strikes over a seat, where no gauge is
+        (12.0, 68e3, 0.036, 1.9, True),
+        (30.0, 68e3, 0.052, 0.9, True),
+    ],
+)
+def test_flats_are_sized_and_fresh_ones_told_from_rounded(speed, load, length, place, worn):
+    x, readings = passages(speed, (Wheel(load, seed=5, flat=(length, place - TURN), worn=worn),))
+    passing = passing_of(x, readings[0], speed, load, 3)
+    found = sized_flat(passing, Known(SCENE, SPREAD), np.full(len(PAIRS), 0.05))
+    assert found.best.shape == ("rounded" if worn else "fresh")
+    assert found.best.values[LENGTH] == pytest.approx(length, abs=max(1.5e-3, 0.04 * length))
+    way = found.best.values[POSITION] - place
+    assert abs((way + 0.5 * TURN) % TURN - 0.5 * TURN) < 0.01
+    assert abs(found.best.values[LENGTH] - length) < 2.5 * found.deviation(found.best.shape)
+    assert found.best.chi < 1.25 * found.best.readings
