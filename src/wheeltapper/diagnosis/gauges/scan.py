@@ -25,7 +25,7 @@ TRIED = 0.04
 """Length of the flat that is simulated, m."""
 BEFORE, ENDS = 0.02, 0.01
 """A strike's force is taken from so long before it, s; at its end it is faded out over so long."""
-RADII = (-0.008, 0.0, 0.008)
+RADII = (-0.008, -0.004, 0.0, 0.004, 0.008)
 """Of the wheel, less the stated one, over that."""
 FINE = 4.5
 """Places that are tried are this part of the shortest wave that is read apart."""
