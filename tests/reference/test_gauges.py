@@ -127,9 +127,30 @@ def test_flats_are_sized_and_fresh_ones_told_from_rounded(speed, load, length, p
     x, readings = passages(speed, (Wheel(load, seed=5, flat=(length, place - TURN), worn=worn),))
     passing = passing_of(x, readings[0], speed, load, 3)
     found = sized_flat(passing, Known(SCENE, SPREAD), np.full(len(PAIRS), 0.05))
-    assert found.best.shape == ("rounded" if worn else "fresh")
+    assert found.verdict == ("rounded flat" if worn else "wheel flat")
+    assert not found.alike
+    assert found.best is not None
     assert found.best.values[LENGTH] == pytest.approx(length, abs=max(1.5e-3, 0.04 * length))
     way = found.best.values[POSITION] - place
     assert abs((way + 0.5 * TURN) % TURN - 0.5 * TURN) < 0.01
     assert abs(found.best.values[LENGTH] - length) < 2.5 * found.deviation(found.best.shape)
     assert found.best.chi < 1.25 * found.best.readings
+
+
+@pytest.mark.slow
+def test_kinds_of_a_short_flat_at_speed_are_not_told():
+    x, readings = passages(30.0, (Wheel(71e3, seed=3001, flat=(0.029, 0.9 - TURN)),))
+    found = sized_flat(passing_of(x, readings[0], 30.0, 71e3, 3), Known(SCENE, SPREAD), np.full(len(PAIRS), 0.05))
+    assert {found.verdict, *found.alike} == {"wheel flat", "rounded flat"}
+    assert found.fits["fresh"].values[LENGTH] == pytest.approx(0.029, abs=1.5e-3)
+
+
+def test_wheels_without_a_flaw_have_no_flat():
+    wheels = tuple(Wheel(load, seed=seed) for load, seed in ((94e3, 500), (34e3, 507)))
+    x, readings = passages(20.0, wheels)
+    for wheel, row in zip(wheels, readings, strict=True):
+        passing = passing_of(x, row, 20.0, wheel.load, 3)
+        found = sized_flat(passing, Known(SCENE, SPREAD), np.full(len(PAIRS), 0.05))
+        assert found.verdict == "healthy"
+        assert found.best is None
+        assert found.runs < 10

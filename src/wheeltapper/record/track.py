@@ -45,6 +45,8 @@ ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 RAIL = ("rail_displacement", "rail_acceleration", "rail_strain", "rail_shear")
 SEAT = ("sleeper_displacement", "sleeper_acceleration", "pad_force", "ballast_force")
+ACCELERATION = 1
+"""Column of the accelerations in both."""
 PLACES = 'positions in m, or as "600 mm"'
 SAME_PLACE = 12
 """Places in a bay that agree to so many digits, m, have one table of what the modes miss."""
@@ -84,9 +86,13 @@ class _Place(NamedTuple):
 
 
 def track(
-    record: Record, rate: float | str | None = None, rail: Sequence[float | str] = (), seat: Sequence[int] = ()
-) -> xr.Dataset:
-    """Return what the track does at places of the rail (m), and at seats, over time; see `Record.track`."""
+    record: Record, rate: float | str | None = None, rail: Sequence[float | str] = (), seat: Sequence[int] = (),
+    accelerations: bool = True,
+) -> xr.Dataset:  # fmt: skip
+    """Return what the track does at places of the rail (m), and at seats, over time; see `Record.track`.
+
+    Without `accelerations`, which cost as much again, there are none.
+    """
     run.choose(run.TRACK, record.scenario.needs)
     x, seats = np.atleast_1d(as_array(rail, "rail", PLACES, "length")).tolist(), _as_seats(seat)
     if not x and not seats:
@@ -101,7 +107,7 @@ def track(
     read = np.empty((len(times), len(ridden.ways), len(places[0]), 4))
     for first in range(0, len(times), CHUNK):
         chunk = slice(first, first + CHUNK)
-        for way, shown in enumerate(ridden.at(times[chunk])):
+        for way, shown in enumerate(ridden.at(times[chunk], accelerations)):
             read[chunk, way] = _readings(record, ridden, way, shown, places[way], times[chunk])
     if ridden.sides:
         together, against = read[:, 0].copy(), read[:, 1].copy()
@@ -114,6 +120,8 @@ def track(
         if where:
             variables[axis] = ((axis,), list(where))
             for column, name in enumerate(names):
+                if column == ACCELERATION and not accelerations:
+                    continue
                 values = read[:, :, columns, column]
                 variables[name] = (("time", "side", axis), values) if ridden.sides else (("time", axis), values[:, 0])
     if not record.scenario.track.under_pads:
@@ -193,7 +201,10 @@ def _undamped(section: Section) -> Section:
 def _readings(
     record: Record, ridden: RailsBelow, way: int, shown: RailAt, places: list[_Place], times: FloatArray
 ) -> FloatArray:
-    """Return displacement, acceleration and two more readings, (times, places, 4); NaN beyond half the ring."""
+    """Return displacement, acceleration and two more readings, (times, places, 4); NaN beyond half the ring.
+
+    Accelerations are NaN where the forces and modes have no second derivatives.
+    """
     ring, speed = ridden.ways[way][1].ring, float(record.scenario.speed)
     wheels = np.add.outer(speed * times, ridden.wheels)
     out = _shown_by_modes(ring, shown.modes, places)
@@ -227,7 +238,8 @@ def _shown_by_modes(ring: Ring, found: Modes, places: list[_Place]) -> FloatArra
     for bay in np.unique(found.bay):
         some, turn = found.bay == bay, (ring.weights * ring.turns ** (bays - bay)[:, None])[:, None]
         out[some] = _times(found.amplitudes[some], turn * of_held) + _times(found.forced[some], turn * of_forced)
-        out[some, :, :1] += _times(found.forced_rate[some], turn * of_forced_rate)
+        if found.has_bends:
+            out[some, :, :1] += _times(found.forced_rate[some], turn * of_forced_rate)
     return out
 
 
@@ -245,6 +257,6 @@ def _missed(
     `force` is the wheel's, with its two derivatives.
     """
     here, slope, bend = np.sum([rest.at(wheel) for rest in place.rests], axis=0)
-    N, rate, turning = (one[:, None] for one in force)
-    accelerated = speed**2 * bend[:, :1] * N + 2.0 * speed * slope[:, :1] * rate + here[:, :1] * turning
-    return here * N, speed * slope * N + here * rate, accelerated[:, 0]
+    N, rate = (one[:, None] for one in force[:2])
+    accelerated = speed**2 * bend[:, 0] * force[0] + 2.0 * speed * slope[:, 0] * force[1] + here[:, 0] * force[2]
+    return here * N, speed * slope * N + here * rate, accelerated

@@ -12,6 +12,9 @@ from scipy.ndimage import uniform_filter1d
 
 from wheeltapper.describe.paths import value_at
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.diagnosis.faults.rounded_flat import RoundedFlat
+from wheeltapper.diagnosis.faults.wheel_flat import FreshFlat
+from wheeltapper.diagnosis.finding import HEALTHY
 from wheeltapper.diagnosis.gauges.changes import Changes
 from wheeltapper.diagnosis.gauges.fit import Fit, Problem, fitted
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
@@ -23,6 +26,8 @@ from wheeltapper.lower.track.section import section_of
 from wheeltapper.march.common.blocks import algebra_on_one_thread
 
 FloatArray = NDArray[np.float64]
+NAMES = {flat.shape: flat.name for flat in (FreshFlat, RoundedFlat)}
+"""Of the faults, by the shapes of flats."""
 CONTACT = "contact.constant_per_wheel"
 MASS, RADIUS = "vehicle.mass", "vehicle.radius"
 HIGHEST = 800.0
@@ -40,6 +45,13 @@ OWN_LENGTH = 0.025
 """Standard deviation of a length that is error of the model, over the length."""
 ROUNDS, UNSETTLED = 2, 1.2
 """A fit whose χ² is more than this times the number of readings is made once more, from where it has come to."""
+SCREENED = 25.0
+"""A wheel of which no flat lowers χ² by so much at first has none: of eight without a flaw the largest was 14."""
+NEEDED, SMALLEST = 100.0, 0.015
+"""A flat lowers χ² by so much at least, and is so long, m: else a wheel counts as healthy."""
+TOLD = 60.0
+"""Fresh and rounded flats are told from each other where χ² differs by so much, over the reduced χ² of the better one.
+Of a fresh flat of 29 mm at 30 m/s, with roughness, the rounded one was better by 37."""
 LONGER = 1.3
 """Length of a rounded flat over that of the fresh one that is most like it."""
 
@@ -66,7 +78,9 @@ class Sized:
     Attributes
     ----------
     fits
-        By shape.
+        Of flats by shape, "fresh" and "rounded"; none where nothing speaks for a flat.
+    gain
+        By how much the best of them lowers χ² of a wheel without a flaw.
     candidates
         Where the flat was looked for.
     runs
@@ -74,13 +88,29 @@ class Sized:
     """
 
     fits: Mapping[str, Fit]
+    gain: float
     candidates: tuple[Candidate, ...]
     runs: int
 
     @property
-    def best(self) -> Fit:
-        """The fit that explains most."""
-        return min(self.fits.values(), key=lambda one: one.misfit)
+    def best(self) -> Fit | None:
+        """The flat that explains most; None where the wheel counts as healthy."""
+        best = min(self.fits.values(), key=lambda one: one.misfit, default=None)
+        return None if best is None or self.gain < NEEDED or best.values[LENGTH] < SMALLEST else best
+
+    @property
+    def verdict(self) -> str:
+        """The name of the fault in the catalogue, or "healthy"."""
+        return HEALTHY if self.best is None else NAMES[self.best.shape]
+
+    @property
+    def alike(self) -> tuple[str, ...]:
+        """Other verdicts that the readings do not exclude."""
+        best = self.best
+        if best is None:
+            return ()
+        most = best.misfit + TOLD * max(1.0, best.chi / best.readings)
+        return tuple(NAMES[one.shape] for one in self.fits.values() if best.misfit < one.misfit < most)
 
     def deviation(self, shape: str) -> float:
         """Return the standard deviation of a flat's length, m, with the error of the model."""
@@ -115,6 +145,8 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray) -> Sized:
     coarse = _problem(runs, values, known.spread, gain_spread, float(np.clip(passing.speed / FIRST_WAVE, *FIRST)))
     coarse = coarse._replace(weights=Weights(np.full(coarse.band.counts.sum(), FIRST_NOISE), coarse.rough))
     places = candidates(runs, values, coarse.band, coarse.changes, coarse.weights, CANDIDATES)
+    if places[0].gain < SCREENED:
+        return Sized({}, places[0].gain, tuple(places), runs.count)
     worth = [one for one in places if one.gain > places[0].gain - max(ALSO, SHARE * places[0].gain)]
     first = (LENGTH, POSITION, RADIUS, FORCE, ADVANCE, SPEED)
     tried = [fitted(coarse, _with_flat(values, one), "fresh", first, steps=5) for one in worth]
@@ -132,7 +164,9 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray) -> Sized:
                 break
             of_track = None
         fits[shape], of_track = fit, fit.track
-    return Sized(fits, tuple(places), runs.count)
+    best = min(fits.values(), key=lambda one: one.misfit)
+    flawless = fitted(_weighed(fine, values, best.values, best.shape), values, best.shape, (FORCE, ADVANCE, SPEED))
+    return Sized(fits, flawless.chi - best.chi, tuple(places), runs.count)
 
 
 def _with_flat(values: Mapping[str, float], one: Candidate) -> dict[str, float]:

@@ -296,8 +296,8 @@ class LoweredPlane(LoweredScenario):
         assert self.modes is not None
         system = self.program.system
 
-        def at(times: FloatArray) -> list[RailAt]:
-            shown, found = march.at(times), march.modes(times)
+        def at(times: FloatArray, bends: bool) -> list[RailAt]:
+            shown, found = march.at(times), march.modes(times, bends)
             return [RailAt(found, shown.force, shown.force_rate, shown.force_bend)]
 
         return RailsBelow(

@@ -36,7 +36,7 @@ class RailsBelow(NamedTuple):
     arms
         How far out these forces are, in distances of the rail from the middle.
     at
-        From rising times to each way.
+        From rising times to each way; with or without second derivatives.
     sides
         Names of the rails; none where one stands for all.
     """
@@ -47,5 +47,5 @@ class RailsBelow(NamedTuple):
     wheels: list[float]
     residuals: list[FloatArray]
     arms: list[FloatArray]
-    at: Callable[[FloatArray], list[RailAt]]
+    at: Callable[[FloatArray, bool], list[RailAt]]
     sides: tuple[str, ...] = ()

@@ -347,7 +347,7 @@ class Modes(NamedTuple):
     ----------
     amplitudes, forced, forced_rate
         (times, modes): a, Ψ·N summed over the contacts, and its derivative, as a port sees them that lies in `bay`;
-        a' = λ·a + forced.
+        a' = λ·a + forced. The derivative may not have been asked for.
     bay
         Number of the bay from which they are seen, (times,).
     force, force_rate
@@ -360,6 +360,11 @@ class Modes(NamedTuple):
     bay: IntArray
     force: FloatArray
     force_rate: FloatArray
+
+    @property
+    def has_bends(self) -> bool:
+        """Whether there is the derivative of what is forced, so that second derivatives can be told."""
+        return len(self.forced_rate) == len(self.forced)
 
 
 class TrackRun(NamedTuple):

@@ -21,6 +21,7 @@ from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import DECK, FLEXIBLE_TRACK
 from wheeltapper.lower import extent
 from wheeltapper.record.recordings.recording import Recording
+from wheeltapper.record.track import track
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,6 +33,8 @@ SAME_PLACE = 1e-6
 """Largest distance between a stated place and a seat of the run's track, m."""
 COLUMNS = 16
 """Numbers in memory for each sample, at least."""
+ACCELERATIONS = "rail_acceleration", "sleeper_acceleration"
+"""Variables of `Record.track` that cost more than the others."""
 ON_WHEELS = ("vertical_force", "normal_force", "wheel_acceleration", "acceleration")
 """Variables of `Record.at` that sensors read; the others are not kept."""
 
@@ -107,7 +110,7 @@ class _Run:
 
     def __init__(self, record: Record, rate: float, along: Sequence[AlongTrack], spacing: float | None) -> None:
         self.record, self.rate, self.along, self.spacing = record, rate, along, spacing
-        self._track: xr.Dataset | None = None
+        self._tracks: dict[bool, xr.Dataset] = {}
 
     @cached_property
     def times(self) -> FloatArray:
@@ -131,16 +134,16 @@ class _Run:
         if isinstance(sensor, AtSeat) and FLEXIBLE_TRACK in self.record.scenario.needs:
             self.seat_of(sensor)
 
-    def track(self) -> xr.Dataset:
-        """Return what the track does at the places of all sensors."""
+    def track(self, accelerations: bool) -> xr.Dataset:
+        """Return what the track does at the places of all sensors, at least without accelerations."""
         if FLEXIBLE_TRACK not in self.record.scenario.needs:
             kind = type(self.record.scenario.track).__name__
             raise InputError("", "track", f"a {kind}, of which nothing is read", "rails on sleepers or on a slab")
-        if self._track is None:
+        if True not in self._tracks and accelerations not in self._tracks:
             places = {x for sensor in self.along for x in sensor.rail_places}
             seats = {self.seat_of(sensor) for sensor in self.along if isinstance(sensor, AtSeat)}
-            self._track = self.record.track(self.rate, sorted(places), sorted(seats))
-        return self._track
+            self._tracks[accelerations] = track(self.record, self.rate, sorted(places), sorted(seats), accelerations)
+        return self._tracks[True in self._tracks]
 
     @cached_property
     def wheels(self) -> xr.Dataset:
@@ -205,7 +208,7 @@ class _SeenBy:
 
     def at_places(self, name: str) -> FloatArray:
         """Return a variable of `Record.track` at the sensor's `rail_places`, or at its seat, (places, times)."""
-        track = self._run.track()
+        track = self._run.track(name in ACCELERATIONS)
         if name not in track:
             found = f"{self._sensor.kind!r} on a {type(self._run.record.scenario.track).__name__}"
             raise InputError("", "kind", found, f"a kind that its track shows, which has no {name}")

@@ -99,20 +99,22 @@ class RailsReplay:
         summed = np.concatenate([summed, found[:, :, A.wheel_octets :]], axis=2)
         return _ways(np.moveaxis(summed, 2, 3).reshape(len(rows), 2, 2, -1)[..., self._entries], 2)
 
-    def at(self, times: FloatArray) -> list[RailAt]:
-        """Return both ways at rising times, s."""
+    def at(self, times: FloatArray, bends: bool = True) -> list[RailAt]:
+        """Return both ways at rising times, s; without `bends` there are no second derivatives."""
         steps = self._march.steps
         row = np.clip(np.searchsorted(steps[:, asm.STEP_TIME], times, side="right") - 1, 0, None)
         begin, length = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
         length = np.minimum(length, OF_MACRO_STEP * self._grid.seconds(self._macro_steps()[row]))
         away = np.where(times - begin < 0.5 * length, DIFFERENCED, -DIFFERENCED) * length  # within the same step
-        asked = np.stack([times, times + away, times + 2.0 * away])
+        asked = np.stack([times, times + away, times + 2.0 * away][: 3 if bends else 1])
         order = np.argsort(asked, axis=None, kind="stable")
         states, _, rows = replay(self._march, asked.ravel()[order], FORCE_ROWS)
         back = np.argsort(order, kind="stable").reshape(asked.shape)
         force, rate = np.moveaxis(self._forces(rows[back[0]]), 1, 0)
-        near, far = (self._forces(rows[some])[:, 1] for some in back[1:])
-        bend = (4.0 * near - far - 3.0 * rate) / (2.0 * away[:, None, None])
+        bend = np.full_like(force, np.nan)
+        if bends:
+            near, far = (self._forces(rows[some])[:, 1] for some in back[1:])
+            bend = (4.0 * near - far - 3.0 * rate) / (2.0 * away[:, None, None])
         moments, step = self._as_moments(states[back[0]]), self._macro_steps()[row]
         seconds = self._grid.seconds(step)
         theta = np.clip((times - self._grid.times(step)) / seconds, 0.0, 1.0)
@@ -125,6 +127,6 @@ class RailsReplay:
                 )
                 for i in range(len(self._entries))
             ]  # fmt: skip
-            modes = modes_under(run, step, theta, felt, starts)
+            modes = modes_under(run, step, theta, felt, starts, bends)
             out.append(RailAt(modes, force[:, way], rate[:, way], bend[:, way]))
         return out
