@@ -96,6 +96,16 @@ def test_roughness_has_the_size_that_its_columns_say():
     assert np.sqrt(np.mean(np.square(found))) == pytest.approx(np.sqrt((columns**2).sum(axis=1).mean()), rel=0.15)
 
 
+def test_responses_go_with_the_seats():
+    """A site whose seats, gauges and wheels all lie 0.23 m further on reads the same."""
+    at, frequencies = np.array([-0.4, 0.2, 1.9]), np.array([0.0, 130.0, 610.0])
+    own = responses_of(section_of(TRACK), PAIRS, -1.3, 4.9)
+    there = own._replace(seat=0.23)
+    np.testing.assert_allclose(there.readings(frequencies, at + 0.23), own.readings(frequencies, at), atol=1e-9)
+    contact = own.contact(frequencies, 1e9, MASS)
+    np.testing.assert_allclose(there.at_places(contact, at + 0.23), own.at_places(contact, at), rtol=1e-9)
+
+
 @pytest.mark.parametrize(("speed", "limit"), [(12.0, 0.11), (20.0, 0.12), (33.0, 0.25)])
 def test_a_change_of_the_force_is_nearly_read_as_in_a_run(speed, limit):
     count = int(6.2 / speed * RATE)

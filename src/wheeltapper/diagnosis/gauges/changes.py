@@ -31,16 +31,16 @@ class Changes:
     """
 
     def __init__(self, band: Band, responses: Responses) -> None:
-        passing, picked = band.passing, band.picked
+        passing = band.passing
         self._count = passing.lead + len(passing.readings) + AFTER
         frequencies = np.fft.rfftfreq(self._count, 1.0 / passing.rate)
         self._own = frequencies < min(PASSED * band.cutoff, responses.frequencies[-1])
         self.frequencies = frequencies[self._own]
-        rows = np.flatnonzero(picked.any(axis=1))
+        rows = band.rows
         turn = np.exp(2j * np.pi * self.frequencies[:, None] * (passing.lead + rows) / passing.rate)
         size = band.gain(self.frequencies) * np.where(self.frequencies > 0.0, 2.0, 1.0) / self._count
         read = responses.readings(self.frequencies, passing.x[rows]) * (turn * size[:, None])
-        self._read = np.concatenate([one[:, own].T for one, own in zip(read, picked[rows].T, strict=True)])
+        self._read = band.taken_of_rows(read)
 
     def spectra(self, forces: FloatArray) -> ComplexArray:
         """Return what `of_spectra` takes, (frequencies, ...), of forces at the samples of a run, N, (samples, ...)."""

@@ -19,9 +19,9 @@ from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITIO
 from wheeltapper.diagnosis.gauges.weighing import Band, Weights
 
 FloatArray = NDArray[np.float64]
-GAIN, ARRIVAL, MEASURED_SPEED, MEASURED_FORCE = 0.05, 0.01, 0.002, 0.08
-"""Standard deviations: of a sensor's gain where the site states none, of where the wheel is at the first sample, m, of
-its speed and of its static force as measured without a model, over these."""
+ARRIVAL, MEASURED_SPEED, MEASURED_FORCE = 0.01, 0.002, 0.08
+"""Standard deviations of where the wheel is at the first sample, m, of its speed and of its static force as measured
+without a model, over these."""
 STEPS = {LENGTH: 2e-3, POSITION: 1e-4, FORCE: 1e-3, "vehicle.radius": 2e-4}
 """Of differences: of positions in m, of all others over the value; 2e-3 where a value is not named."""
 TRACK_STEP = 1e-2
@@ -57,8 +57,6 @@ class Fit(NamedTuple):
         How many.
     gains
         Of the sensors.
-    model
-        Readings of the model, N, (samples, sensors), without gains and zero lines.
     track
         Derivatives of compared readings by values of the track, N, by name.
     logarithm
@@ -72,7 +70,6 @@ class Fit(NamedTuple):
     chi: float
     readings: int
     gains: FloatArray
-    model: FloatArray
     track: Mapping[str, FloatArray]
     logarithm: float
 
@@ -173,18 +170,16 @@ def fitted(
     covariance = np.asarray(np.linalg.inv(curvature))
     count = int(problem.band.counts.sum())
     return Fit(
-        shape, now.values, search.names, covariance, now.chi, count, now.gains, now.model, of_track,
-        problem.weights.logarithm,
+        shape, now.values, search.names, covariance, now.chi, count, now.gains, of_track, problem.weights.logarithm,
     )  # fmt: skip
 
 
 class _Now(NamedTuple):
-    """Where a search is: values, gains, zero lines, readings of the model (all, and smooth), what is left, and χ²."""
+    """Where a search is: values, gains, zero lines, smooth readings of the model, what is left, and χ²."""
 
     values: dict[str, float]
     gains: FloatArray
     zeros: FloatArray
-    model: FloatArray
     smooth: FloatArray
     left: FloatArray
     chi: float
@@ -204,13 +199,12 @@ class _Search:
     def at(self, values: dict[str, float], gains: FloatArray, zeros: FloatArray) -> _Now:
         """Return what is left of the readings with these values."""
         problem, count = self.problem, len(gains)
-        model = problem.runs.readings(values, self.shape)
-        smooth = problem.band.smooth(model)
+        smooth = problem.band.smooth(problem.runs.readings(values, self.shape))
         told = smooth * gains + zeros[:count] + self.along * zeros[count:]
         left = problem.weights.over(problem.band.taken(self.recorded - told))
         known = self.deviations(values, gains, zeros)
         chi = left @ problem.weights.weighed(left) + (known**2 * self.precision).sum()
-        return _Now(values, gains, zeros, model, smooth, left, float(chi))
+        return _Now(values, gains, zeros, smooth, left, float(chi))
 
     def deviations(self, values: Values, gains: FloatArray, zeros: FloatArray) -> FloatArray:
         """Return how far all that is free is from what was known before."""
@@ -235,15 +229,12 @@ class _Search:
 
     def jacobian(self, now: _Now, columns: Mapping[str, FloatArray]) -> FloatArray:
         """Return the derivatives of the model's readings, over their deviations."""
-        band, count = self.problem.band, len(now.gains)
+        band = self.problem.band
         gains = np.repeat(now.gains, band.counts)
-        out = [columns[name] * gains for name in self.names]
-        for values in (now.smooth, np.ones_like(now.smooth), np.broadcast_to(self.along, now.smooth.shape)):
-            for number in range(count):
-                column = np.zeros_like(now.smooth)
-                column[:, number] = values[:, number]
-                out.append(band.taken(column))
-        return self.problem.weights.over(np.stack(out, axis=1))
+        one = np.ones_like(now.smooth)
+        beside = [band.of_each(values) for values in (now.smooth, one, self.along * one)]
+        of_values = np.stack([columns[name] * gains for name in self.names], axis=1)
+        return self.problem.weights.over(np.concatenate([of_values, *beside], axis=1))
 
     def normal(self, now: _Now, jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the curvature of χ²/2, and its slope downhill."""

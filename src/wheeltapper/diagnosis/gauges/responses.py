@@ -40,9 +40,11 @@ class Responses(NamedTuple):
     under
         The rail's deflection under the force, m/N, (frequencies, PLACES + 1), from one seat to the next.
     first
-        First place along the track of `read`, in units of spacing/PLACES.
+        First place of `read` from the seat, in units of spacing/PLACES.
     read
         Readings of each sensor, N/N, (frequencies, places, sensors).
+    seat
+        Where the seat is from which places count, m along the track.
     """
 
     frequencies: FloatArray
@@ -50,6 +52,7 @@ class Responses(NamedTuple):
     under: ComplexArray
     first: int
     read: ComplexArray
+    seat: float = 0.0
 
     def contact(self, frequencies: FloatArray, stiffness: float, mass: float) -> ComplexArray:
         """Return the force per height below a wheel, N/m, (frequencies, PLACES + 1).
@@ -63,14 +66,14 @@ class Responses(NamedTuple):
 
     def at_places(self, values: ComplexArray, x: FloatArray) -> ComplexArray:
         """Return values from one seat to the next, (frequencies, PLACES + 1), at places, (frequencies, places)."""
-        place, share = np.divmod(np.mod(x / self.spacing, 1.0) * PLACES, 1.0)
+        place, share = np.divmod(np.mod((x - self.seat) / self.spacing, 1.0) * PLACES, 1.0)
         lower = np.minimum(place.astype(int), PLACES - 1)
         return np.asarray((1.0 - share) * values[:, lower] + share * values[:, lower + 1])
 
     def readings(self, frequencies: FloatArray, x: FloatArray) -> ComplexArray:
         """Return the readings of unit forces at places, (sensors, frequencies, places)."""
         lower, share = self._between(frequencies)
-        along, beside = np.divmod(x * PLACES / self.spacing - self.first, 1.0)
+        along, beside = np.divmod((x - self.seat) * PLACES / self.spacing - self.first, 1.0)
         left = np.clip(along.astype(int), 0, self.read.shape[1] - 2)
         read = (1.0 - share)[:, None, None] * self.read[lower] + share[:, None, None] * self.read[lower + 1]
         found = (1.0 - beside)[:, None] * read[:, left] + beside[:, None] * read[:, left + 1]

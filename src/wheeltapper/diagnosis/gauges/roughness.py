@@ -38,9 +38,8 @@ def rough_columns(band: Band, responses: Responses, stiffness: float, mass: floa
     added
         To the level, dB.
     """
-    passing, cutoff, picked = band.passing, band.cutoff, band.picked
-    rows = np.flatnonzero(picked.any(axis=1))
-    x = passing.x[rows]
+    passing, cutoff = band.passing, band.cutoff
+    x = passing.x[band.rows]
     begin, end = float(passing.x[0]), float(passing.x[-1])
     width = 1.0 / (end - begin)
     below = np.arange(1.0 / LONGEST, min(BEYOND * cutoff / passing.speed, 1.0 / SHORTEST), width)
@@ -54,8 +53,7 @@ def rough_columns(band: Band, responses: Responses, stiffness: float, mass: floa
     force = answer * np.exp(2j * np.pi * number[:, None] * (x - begin))
     force *= (amplitude * band.gain(frequencies))[:, None]
     read = responses.readings(frequencies, x) * force
-    both = np.concatenate([read.real, read.imag], axis=1)
-    return np.concatenate([one[:, own].T for one, own in zip(both, picked[rows].T, strict=True)])
+    return band.taken_of_rows(np.concatenate([read.real, read.imag], axis=1))
 
 
 def contact_stiffness(constant: float, force: float) -> float:

@@ -87,15 +87,10 @@ def candidates(
 
 def _free(band: Band, level: FloatArray, speed: float) -> FloatArray:
     """Return the readings of what is free besides: gain and zero line of each sensor, arrival, and speed."""
-    columns = []
-    for number in range(level.shape[1]):
-        for values in (level[:, number], 1e3 * np.ones(len(level))):
-            column = np.zeros_like(level)
-            column[:, number] = values
-            columns.append(band.taken(column))
     slope = np.gradient(level, axis=0) * band.passing.rate * 2e-3 / speed
     along = np.linspace(-1.0, 1.0, len(level))[:, None]
-    return np.stack([*columns, band.taken(slope), band.taken(slope * along)], axis=1)
+    moved = np.stack([band.taken(slope), band.taken(slope * along)], axis=1)
+    return np.concatenate([band.of_each(level), band.of_each(1e3 * np.ones_like(level)), moved], axis=1)
 
 
 def _factors(

@@ -142,8 +142,8 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray) -> Sized:
     values |= {SPEED: passing.speed, FORCE: passing.static_force, ADVANCE: 0.0}
     track = [path for path in known.spread if path.startswith("track.")]
     own = [path for path in paths if path not in track]
-    coarse = _problem(runs, values, known.spread, gain_spread, float(np.clip(passing.speed / FIRST_WAVE, *FIRST)))
-    coarse = coarse._replace(weights=Weights(np.full(coarse.band.counts.sum(), FIRST_NOISE), coarse.rough))
+    first_cutoff = float(np.clip(passing.speed / FIRST_WAVE, *FIRST))
+    coarse = _problem(runs, values, known.spread, gain_spread, first_cutoff, FIRST_NOISE)
     places = candidates(runs, values, coarse.band, coarse.changes, coarse.weights, CANDIDATES)
     if places[0].gain < SCREENED:
         return Sized({}, places[0].gain, tuple(places), runs.count)
@@ -177,22 +177,24 @@ def _with_flat(values: Mapping[str, float], one: Candidate) -> dict[str, float]:
 
 
 def _problem(
-    runs: Runs, values: dict[str, float], spread: Mapping[str, float], gain_spread: FloatArray, cutoff: float
-) -> Problem:
-    """Return a wheel's readings up to a frequency, Hz."""
+    runs: Runs, values: dict[str, float], spread: Mapping[str, float], gain_spread: FloatArray, cutoff: float,
+    deviation: float | None = None,
+) -> Problem:  # fmt: skip
+    """Return a wheel's readings up to a frequency, Hz; their deviation is that of the noise where none is stated, N."""
     passing, scene = runs.passing, runs.scene
     band, responses = band_of(passing, cutoff), _responses(passing, scene)
     stiffness = contact_stiffness(values[CONTACT], values[FORCE])
     rough = rough_columns(band, responses, stiffness, values[MASS])
-    weights = Weights(np.full(band.counts.sum(), band.noise), rough)
+    weights = Weights(np.full(band.counts.sum(), deviation or band.noise), rough)
     return Problem(runs, band, Changes(band, responses), weights, rough, values, spread, gain_spread)
 
 
 def _responses(passing: Passing, scene: Scenario) -> Responses:
-    """Return the responses of the track around the sensors; both from the seat at the scene's first sleeper."""
+    """Return the responses of the track around the sensors."""
     seat = float(scene.track.first_sleeper)
     places = tuple((float(one.x1) - seat, float(one.x2) - seat) for one in passing.sensors)
-    return responses_of(section_of(scene.track), places, float(passing.x[0]) - seat, float(passing.x[-1]) - seat)
+    first, last = float(passing.x[0]) - seat, float(passing.x[-1]) - seat
+    return responses_of(section_of(scene.track), places, first, last)._replace(seat=seat)
 
 
 def _weighed(problem: Problem, flawless: Mapping[str, float], values: Mapping[str, float], shape: str) -> Problem:

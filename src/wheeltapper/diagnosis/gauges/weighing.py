@@ -5,7 +5,8 @@ Theory: docs/theory/gauges.rst, section 16.1.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import cached_property
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from wheeltapper.diagnosis.gauges.passing import Passing
 from wheeltapper.record.assessment.filtering import low_passed
 
 FloatArray = NDArray[np.float64]
+T = TypeVar("T", np.float64, np.complex128)
 SAMPLES = 2.5
 """Readings are compared at so many times the cut-off frequency, a second."""
 ORDER = 8
@@ -53,6 +55,20 @@ class Band(NamedTuple):
         """Return the readings that are compared, of each sensor one after the other."""
         return np.asarray(readings.T[self.picked.T])
 
+    def of_each(self, readings: FloatArray) -> FloatArray:
+        """Return the readings that are compared, those of each sensor in a column of its own, (readings, sensors)."""
+        own = np.repeat(np.arange(readings.shape[1]), self.counts)
+        return np.where(own[:, None] == np.arange(readings.shape[1]), self.taken(readings)[:, None], 0.0)
+
+    @property
+    def rows(self) -> NDArray[np.int64]:
+        """The samples of which any sensor is compared."""
+        return np.flatnonzero(self.picked.any(axis=1))
+
+    def taken_of_rows(self, columns: NDArray[T]) -> NDArray[T]:
+        """Return (readings, columns) from what `rows` have, (sensors, columns, rows)."""
+        return np.concatenate([one[:, own].T for one, own in zip(columns, self.picked[self.rows].T, strict=True)])
+
     @property
     def counts(self) -> NDArray[np.int64]:
         """How many of them each sensor has."""
@@ -86,7 +102,10 @@ class Weights:
     def __init__(self, deviations: FloatArray, rough: FloatArray) -> None:
         self.deviations = deviations
         self._rough = rough / deviations[:, None]
-        self._held = cho_factor(np.eye(rough.shape[1]) + self._rough.T @ self._rough, lower=True)
+
+    @cached_property
+    def _held(self) -> Any:
+        return cho_factor(np.eye(self._rough.shape[1]) + self._rough.T @ self._rough, lower=True)
 
     def over(self, readings: FloatArray) -> FloatArray:
         """Return readings over their deviations, (readings, ...)."""
