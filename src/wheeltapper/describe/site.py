@@ -15,19 +15,25 @@ from pydantic import (
     model_validator,
 )
 
-from wheeltapper.describe.noun import Noun, PositiveLength, Share, Spread
+from wheeltapper.describe.choice import OneOf
+from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.noun import Mass, Noun, PositiveLength, Share, Spread
 from wheeltapper.describe.paths import changed_values, value_at
 from wheeltapper.describe.registry import makeable_nouns
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table, write_toml
 from wheeltapper.describe.sensor.along import AlongTrack, AtSeat
 from wheeltapper.describe.sensor.base import DECK, Sensor
 from wheeltapper.describe.sensor.deck_acceleration import DeckAcceleration
+from wheeltapper.describe.track.base import Track
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import ANOMALY, FLEXIBLE_TRACK
 from wheeltapper.march import run
 
 NO_TRIGGER = "none"
 """What a file says where there is no trigger: TOML has no word for None."""
+OF_WHEELS = ("unsprung_mass", "radius", "contact.constant_per_wheel")
+"""Paths of what a site with a track may know with an uncertainty, besides values of the track."""
 
 
 def _none_or_given(value: Any) -> Any:
@@ -83,10 +89,18 @@ class Site(Noun):
     radius
         Radius of the wheels, m, if it is known: that of the passage by default. Strikes then repeat with its
         circumference.
+    track
+        The track below the sensors, whose seats lie where it says in the site's x: a model of a wheel on it then
+        explains what gauges record. With it, `radius` and `unsprung_mass` are needed.
+    unsprung_mass
+        Mass of one wheel and what moves with it, half a wheelset's, kg.
+    contact
+        Of one wheel on the rail, a constant as `constant_per_wheel`; None: that of the radius and usual steel.
     uncertainty
         By path ("contact.constant", "irregularity.0.height", "speed", "track.mass"), the relative standard deviation of
         the stated value, which is normally distributed. Fields that are not named are known exactly, except those that
-        a diagnosis estimates.
+        a diagnosis estimates. Paths are those of the passage; with a `track` those of the site ("track.pad_stiffness",
+        "unsprung_mass", "radius", "contact.constant_per_wheel").
     misfit
         Rms of the part of healthy recordings that the model of one wheelset leaves unexplained, over the rms of these
         recordings. It is measured with known wheelsets. A diagnosis adds it to the noise.
@@ -107,6 +121,9 @@ class Site(Noun):
     sensors: tuple[SerializeAsAny[AlongTrack], ...] = ()
     spacing: PositiveLength | None = None
     radius: PositiveLength | None = None
+    track: Annotated[Any, OneOf(Track)] | None = None
+    unsprung_mass: Mass | None = None
+    contact: Hertz | None = None
     uncertainty: dict[str, Share] = Field(default_factory=dict)
     misfit: Share = 0.0
     trigger: Annotated[Spread | None, BeforeValidator(_none_or_given)] = 0.0
@@ -165,7 +182,9 @@ class Site(Noun):
     @model_validator(mode="after")
     def _check_passage(self) -> Site:
         if self.passage is None:
-            of_the_model = {"uncertainty": self.uncertainty, "misfit": self.misfit, "trigger": self.trigger != 0.0}
+            of_the_model = {"misfit": self.misfit, "trigger": self.trigger != 0.0}
+            if self.track is None:
+                of_the_model = {"uncertainty": self.uncertainty} | of_the_model
             given = [name for name, value in of_the_model.items() if value]
             if given or not self.sensors:
                 allowed = "a healthy wheelset's passage over the deck" + ("" if given else ", or sensors of the track")
@@ -175,15 +194,45 @@ class Site(Noun):
             run.choose(run.DIAGNOSE, self.passage.needs)
         except InputError as error:
             raise error.within("passage") from None
+        self._check_uncertainty(self.passage, tuple(self.uncertainty), "the passage")
+        return self
+
+    @model_validator(mode="after")
+    def _check_track(self) -> Site:
+        if self.track is None:
+            given = next((name for name in ("unsprung_mass", "contact") if getattr(self, name) is not None), None)
+            if given:
+                raise InputError("", given, "given, without a track", "it with the `track` on which wheels roll")
+            return self
+        if self.passage is not None:
+            raise InputError("", "track", "one besides a passage", "either a deck's passage, or a track below sensors")
+        if FLEXIBLE_TRACK not in self.track.needs or ANOMALY in self.track.needs:
+            found = f"a {type(self.track).__name__}" + (" with anomalies" if ANOMALY in self.track.needs else "")
+            raise InputError("", "track", found, "a track whose rails bend on equal seats")
+        if self.spacing is not None and self.spacing != self.track.spacing:
+            found = f"{self.spacing:g} m, on a track with {self.track.spacing:g} m"
+            raise InputError("", "spacing", found, "the track's, or none")
+        for name in ("unsprung_mass", "radius"):
+            if getattr(self, name) is None:
+                raise InputError("", name, "none, with a track", "that of the wheels on it")
+        if self.contact is not None and self.contact.constant is not None:
+            raise InputError("", "contact.constant", "a wheelset's constant", "that of one wheel, `constant_per_wheel`")
         for path in self.uncertainty:
+            if path not in OF_WHEELS and not path.startswith("track."):
+                raise InputError("", "uncertainty", repr(path), f"values of the track, {', '.join(OF_WHEELS)}")
+        self._check_uncertainty(self, tuple(one for one in self.uncertainty if one not in OF_WHEELS), "the site")
+        return self
+
+    def _check_uncertainty(self, noun: Noun, paths: tuple[str, ...], where: str) -> None:
+        """Refuse uncertain values that a noun does not have."""
+        for path in paths:
             try:
-                held = value_at(self.passage, path)
+                held = value_at(noun, path)
             except InputError as error:
-                allowed = f"paths of numbers in the passage; there: {error.allowed}"
+                allowed = f"paths of numbers in {where}; there: {error.allowed}"
                 raise InputError("", "uncertainty", repr(path), allowed) from error
             if isinstance(held, bool) or not isinstance(held, int | float):
                 raise InputError("", "uncertainty", f"{path!r}, where there is no number", "paths of numbers")
-        return self
 
     @property
     def wheel_radius(self) -> float | None:
@@ -192,8 +241,8 @@ class Site(Noun):
         return None if own is None else float(own)
 
     def __hash__(self) -> int:
-        own = (self.passage, self.sensor, self.sensors, self.spacing, self.radius)
-        return hash((*own, tuple(self.uncertainty.items()), self.misfit, self.trigger, self.name))
+        own = (self.passage, self.sensor, self.sensors, self.spacing, self.radius, self.track, self.unsprung_mass)
+        return hash((*own, self.contact, tuple(self.uncertainty.items()), self.misfit, self.trigger, self.name))
 
     def replaced(self, changes: dict[str, Any]) -> Site:
         """Return a changed copy; keys are paths such as "spacing", "sensors.0.gain" or "sensors.left 1.gain"."""

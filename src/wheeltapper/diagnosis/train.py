@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from wheeltapper.diagnosis.diagnose import diagnose
 from wheeltapper.diagnosis.faults.base import CATALOGUE
 from wheeltapper.diagnosis.finding import HEALTHY, KIP, NOT_EXPLAINED, Finding
 from wheeltapper.diagnosis.folder import undiagnosed_entry
+from wheeltapper.diagnosis.gauges.finding import WheelFinding
 from wheeltapper.diagnosis.processes import Lost, in_processes
 from wheeltapper.ground.arguments import as_count, as_list, check_text
 from wheeltapper.ground.errors import InputError
@@ -37,7 +38,8 @@ COLUMNS = (
     ("dynamic_increment", "(peak-static)/static", ".2f"),
     ("level_kn", "level kN", ".1f"), ("forces_from", "forces from", "s"), ("verdict", "verdict", "s"),
     ("model", "model", "s"),
-    ("probability", "probability", ".3f"), ("size", "size", "s"), ("axle_kn", "axle kN", ".1f"),
+    ("probability", "probability", ".3f"), ("size", "size", "s"),
+    ("model_kn", "model's peak kN", ".1f"), ("axle_kn", "axle kN", ".1f"),
     ("left_right", "left-right", "+.3f"), ("relative_load", "load/median", ".2f"),
     ("strikes", "strikes", "d"), ("strike_kn", "hardest kN", ".1f"), ("repeats_after", "every m", ".2f"),
     ("alarms", "alarms", "s"),
@@ -47,6 +49,8 @@ OF_WHEELS = ("vehicle", "side", "axle_kn", "left_right", "strikes", "strike_kn",
 """Columns that only trains have whose wheels were measured each by itself."""
 OF_SEATS = ("relative_load",)
 """Columns that only trains have that passed over sensors at seats."""
+OF_FITS = ("model_kn",)
+"""Columns that only trains have of whose wheels models were fitted."""
 OF_MODELS = ("level_kn", "probability", "size")
 """Columns that only a model fills."""
 FEWEST = 6
@@ -81,6 +85,8 @@ class TrainFinding(Shown):
         sides, its outer bogies, and front left with rear right against the others.
     untested
         The rules that were not measured, or not wholly, and what was.
+    wheels
+        Of wheels to which a model was fitted, what it says: by the axle's number from 1, and the side.
     """
 
     axles: tuple[dict[str, Any], ...]
@@ -94,6 +100,7 @@ class TrainFinding(Shown):
     notes: tuple[str, ...] = ()
     vehicles: tuple[dict[str, Any], ...] = ()
     untested: tuple[Untested, ...] = ()
+    wheels: Mapping[tuple[int, str | None], WheelFinding] = field(default_factory=dict)
 
     def alarms_at(self, axle: int) -> tuple[Alarm, ...]:
         """Return the alarms of one wheelset, numbered from 1, without those of its vehicle and of the train."""
@@ -109,8 +116,8 @@ class TrainFinding(Shown):
         In a row of a wheel they are the wheel's, and there are vehicle, side, axle_kn (static force of the axle),
         left_right ((left - right) over their sum), strikes (their number), strike_kn (the force of the hardest, below
         2 kHz, while peak_kn is below 500 Hz), repeats_after (m, if it is a wheel's circumference);
-        with sensors at seats relative_load (over the train's median wheel); with a deck's model model
-        (its verdict on the axle).
+        with sensors at seats relative_load (over the train's median wheel); with a model of a deck, or of wheels on
+        the track, model (its verdict); with the latter model_kn (largest force of the wheel, wherever it was).
         """
         rows = []
         for number, entry in enumerate(self.axles, 1):
@@ -130,9 +137,11 @@ class TrainFinding(Shown):
         """Return the columns that this train can have: key, heading, and the format of the values."""
         measured = any("wheels" in entry for entry in self.axles)
         at_seats = any("relative_load" in wheel for entry in self.axles for wheel in entry.get("wheels", ()))
+        fitted = any("finding" in wheel for entry in self.axles for wheel in entry.get("wheels", ()))
         of_decks = any("model" in entry for entry in self.axles)
-        models = ("level_kn",) if of_decks else (*OF_MODELS, "model")
+        models = ("level_kn",) if of_decks or fitted else (*OF_MODELS, "model")
         left_out = (models if measured else (*OF_WHEELS, "model")) + (() if at_seats else OF_SEATS)
+        left_out += () if fitted else OF_FITS
         band = " <500 Hz" if measured else ""
         return [
             (key, heading + band if key == "peak_kn" else heading, form)
@@ -142,11 +151,13 @@ class TrainFinding(Shown):
 
     def _wheel_row(self, number: int, entry: Mapping[str, Any], wheel: Mapping[str, Any]) -> dict[str, Any]:
         row = self._axle_row(number, {**entry, **wheel})
-        load, side, model = entry.get("static_force"), wheel["side"], entry.get("model")
-        row["model"] = None
+        load, side, model = entry.get("static_force"), wheel["side"], wheel.get("finding", entry.get("model"))
+        row["model"] = row["model_kn"] = None
         if model is not None:
             row |= {"model": model["verdict"], "probability": model["probabilities"].get(model["verdict"])}
             row["size"] = _size_text(model)
+            largest = model.get("largest_force") if "finding" in wheel else None
+            row["model_kn"] = None if largest is None else 1e-3 * largest
         alarms = [one.rule.name for one in self.alarms_at(number) if one.side in ("", side or "")]
         excess = [one["excess"] for one in wheel["strikes"]]
         more = {
@@ -251,6 +262,10 @@ class TrainFinding(Shown):
 
 def _size_text(entry: Mapping[str, Any]) -> str:
     size, unit = entry.get("size"), entry.get("size_unit", "")
+    if size is not None and entry.get("size_interval"):
+        half = 0.5 * (entry["size_interval"][1] - entry["size_interval"][0])
+        others = [f"{name} {1e3 * entry['sizes'][name]['size']:.1f} mm" for name in entry["alike"]]
+        return ", or ".join([f"{1e3 * size:.1f} ± {1e3 * half:.1f} mm", *others])
     interval = [end for end in entry.get("size_interval_90", ()) if end is not None]
     return " to ".join(_with_unit(value, unit) for value in (interval if size is None else [size]))
 

@@ -60,8 +60,8 @@ def report(
         Distances of neighbouring axles of a vehicle that is in each train, such as "1.8 m" "7.2 m" "1.8 m": where all
         sensors are at one place, the speed follows from them.
     diagnosed
-        Axles that are diagnosed with the site's deck, too, where its acceleration is recorded: none, suspicious
-        (strikes, alarms, or no force), all.
+        Axles that are diagnosed with the site's deck, too, where its acceleration is recorded, or wheels to which a
+        model is fitted, where the site states its track: none, suspicious, all.
     every
         Time between two looks at the folder.
     workers

@@ -36,7 +36,9 @@ def diagnose(
     speed: str | None = None,
     speeds: Path | None = None,
 ) -> int:
-    """Find what is wrong with wheelsets from recordings of the deck's acceleration.
+    """Find what is wrong with wheelsets from recordings of a deck, or with wheels from gauges on a track.
+
+    With a site that states a `track`, each file is a passage of trains, and a model is fitted to every wheel.
 
     Exit code 3: some of several files were not read or not diagnosed; the rest is done.
 
@@ -67,14 +69,20 @@ def diagnose(
     speeds
         Table of the measured speeds of several recordings: a column "file" and a column "speed [km/h]".
     """
-    from wheeltapper.describe.site import as_site
+    from wheeltapper.describe.site import as_any_site, as_site
     from wheeltapper.diagnosis.folder import NOT_DIAGNOSED, NOT_READ, diagnose_all
     from wheeltapper.diagnosis.processes import ProcessError
 
     files = _recording_files(recordings)
-    place = as_site(site)
     given = {"unit": unit, "rate": rate, "column": column, "speed": speed}
     reading = {name: value for name, value in given.items() if value is not None}
+    if as_any_site(site).track is not None:
+        beside = {**reading, "speeds": speeds, "train": train, "workers": workers}
+        for name, value in beside.items():
+            if value:
+                raise InputError("", f"--{name}", "given, with a site that states a track", "none of it")
+        return _diagnose_wheels(files, site, output, figures or "faulty", rules)
+    place = as_site(site)
     if output is not None:
         make_folder(output)
     chosen = figures or ("all" if len(files) == 1 else "faulty")
@@ -97,6 +105,43 @@ def diagnose(
     if output is not None:
         print(f"findings: {output}")
     return NOT_FINISHED if any(entry["verdict"] in (NOT_READ, NOT_DIAGNOSED) for entry in found) else DONE
+
+
+def _diagnose_wheels(files: list[Path], site: Path, output: Path | None, figures: str, rules: Path | None) -> int:
+    """Fit a model to every wheel of the trains in files, print and write what it says."""
+    from wheeltapper.diagnosis.finding import HEALTHY
+    from wheeltapper.diagnosis.wayside.measure import measure_trains
+    from wheeltapper.faces.plot import plot
+
+    if output is not None:
+        make_folder(output)
+    lost = 0
+    for file in files:
+        try:
+            trains = measure_trains(file, site, rules=rules, name=file.stem, diagnosed="all")
+        except InputError as error:
+            if len(files) == 1:
+                raise
+            lost += 1
+            print(f"{file}: not read: {error}")
+            continue
+        if not trains:
+            print(f"{file}: no train")
+        for number, train in enumerate(trains, 1):
+            stem = file.stem + (f"-{number}" if len(trains) > 1 else "")
+            print(train)
+            for (axle, side), finding in sorted(train.wheels.items(), key=lambda one: (one[0][0], one[0][1] or "")):
+                faulty = finding.verdict != HEALTHY
+                if faulty:
+                    print(f"axle {axle}{f' {side}' if side else ''}: {finding}")
+                if output is not None and (figures == "all" or (figures == "faulty" and faulty)):
+                    plot(finding, output / f"{stem}-axle-{axle}{f'-{side}' if side else ''}.png")
+            if output is not None:
+                told = json.dumps(train.to_dict(), indent=2, ensure_ascii=False) + "\n"
+                (output / f"{stem}.json").write_text(told, encoding="utf-8")
+    if output is not None:
+        print(f"findings: {output}")
+    return NOT_FINISHED if lost else DONE
 
 
 def _recording_files(recordings: tuple[Path, ...]) -> list[Path]:

@@ -55,8 +55,8 @@ class Fit(NamedTuple):
         χ² with the deviations from what was known before.
     readings
         How many.
-    gains
-        Of the sensors.
+    gains, zeros
+        Of the sensors; zero lines in N, then their slopes.
     track
         Derivatives of compared readings by values of the track, N, by name.
     logarithm
@@ -70,6 +70,7 @@ class Fit(NamedTuple):
     chi: float
     readings: int
     gains: FloatArray
+    zeros: FloatArray
     track: Mapping[str, FloatArray]
     logarithm: float
 
@@ -81,6 +82,10 @@ class Fit(NamedTuple):
     def deviation(self, name: str) -> float:
         """Return the standard deviation of a free value; of a place in m, of others over the value."""
         return float(np.sqrt(self.covariance[self.names.index(name), self.names.index(name)]))
+
+    def told(self, readings: FloatArray) -> FloatArray:
+        """Return what sensors with its gains and zero lines make of readings, N, (samples, sensors)."""
+        return _told(readings, self.gains, self.zeros)
 
 
 class Problem(NamedTuple):
@@ -170,8 +175,19 @@ def fitted(
     covariance = np.asarray(np.linalg.inv(curvature))
     count = int(problem.band.counts.sum())
     return Fit(
-        shape, now.values, search.names, covariance, now.chi, count, now.gains, of_track, problem.weights.logarithm,
+        shape, now.values, search.names, covariance, now.chi, count, now.gains, now.zeros, of_track,
+        problem.weights.logarithm,
     )  # fmt: skip
+
+
+def _told(readings: FloatArray, gains: FloatArray, zeros: FloatArray) -> FloatArray:
+    count = len(gains)
+    return readings * gains + zeros[:count] + _along(len(readings)) * zeros[count:]
+
+
+def _along(samples: int) -> FloatArray:
+    """Return by what a zero line's slope counts at samples."""
+    return np.linspace(-1.0, 1.0, samples)[:, None]
 
 
 class _Now(NamedTuple):
@@ -191,17 +207,16 @@ class _Search:
     def __init__(self, problem: Problem, shape: str, names: tuple[str, ...]) -> None:
         self.problem, self.shape, self.names = problem, shape, names
         self.recorded = problem.band.smooth(problem.band.passing.readings)
-        self.along = np.linspace(-1.0, 1.0, len(self.recorded))[:, None]
+        self.along = _along(len(self.recorded))
         self.precision = problem.precision(names)
         self.limits = np.array([problem.spread.get(name, LONGEST_STEP) for name in names])
         self.limits[[name in (POSITION, ADVANCE) for name in names]] = FARTHEST
 
     def at(self, values: dict[str, float], gains: FloatArray, zeros: FloatArray) -> _Now:
         """Return what is left of the readings with these values."""
-        problem, count = self.problem, len(gains)
+        problem = self.problem
         smooth = problem.band.smooth(problem.runs.readings(values, self.shape))
-        told = smooth * gains + zeros[:count] + self.along * zeros[count:]
-        left = problem.weights.over(problem.band.taken(self.recorded - told))
+        left = problem.weights.over(problem.band.taken(self.recorded - _told(smooth, gains, zeros)))
         known = self.deviations(values, gains, zeros)
         chi = left @ problem.weights.weighed(left) + (known**2 * self.precision).sum()
         return _Now(values, gains, zeros, smooth, left, float(chi))

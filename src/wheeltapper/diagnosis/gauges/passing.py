@@ -24,6 +24,8 @@ LENGTH, POSITION, SPEED, FORCE, ADVANCE = "length", "position", "speed", "static
 ahead of where `Passing.place` has it, m."""
 RUN_IN = 0.08
 """For how long a run begins before the first sample, s: its start at rest has then died away."""
+SAMPLES = 2.5
+"""Readings are compared at so many times the cut-off frequency, a second."""
 KEPT = 48
 """Runs that are kept."""
 
@@ -46,6 +48,8 @@ class Passing:
         Where the wheel is at the first sample, m, its speed, m/s, and its static force, N, as measured without a model.
     noise
         Standard deviation of the noise of a sample, N.
+    doubt
+        Of what was taken away of readings, (samples, sensors), N; None where nothing was.
     """
 
     sensors: tuple[BetweenPlaces, ...]
@@ -56,6 +60,7 @@ class Passing:
     speed: float
     static_force: float
     noise: float
+    doubt: FloatArray | None = None
 
     @property
     def seconds(self) -> FloatArray:
@@ -66,6 +71,11 @@ class Passing:
     def x(self) -> FloatArray:
         """Where the wheel is at each sample, m."""
         return self.place + self.speed * self.seconds
+
+    @property
+    def highest(self) -> float:
+        """The highest frequency up to which readings can be compared, Hz."""
+        return self.rate / SAMPLES
 
     @property
     def lead(self) -> int:
@@ -93,6 +103,7 @@ class Runs:
     count: int = 0
     _records: dict[Any, Record] = field(default_factory=dict, repr=False)
     _readings: dict[Any, FloatArray] = field(default_factory=dict, repr=False)
+    _forces: dict[Any, FloatArray] = field(default_factory=dict, repr=False)
 
     def start(self, values: Values) -> float:
         """Return where along the track a run begins, m."""
@@ -140,8 +151,11 @@ class Runs:
 
     def forces(self, values: Values, shape: str) -> FloatArray:
         """Return the contact's force in a run, N, at the samples and at those of the run-in before."""
-        times = np.arange(self.passing.lead + len(self.passing.readings)) / self.passing.rate
-        return np.asarray(self.record(values, shape).at(times).normal_force)
+        key = shape, tuple(sorted(values.items()))
+        if key not in self._forces:
+            times = np.arange(self.passing.lead + len(self.passing.readings)) / self.passing.rate
+            self._forces[key] = np.asarray(self.record(values, shape).at(times).normal_force)
+        return self._forces[key]
 
 
 def _moved(sensor: BetweenPlaces, by: float, number: int, rate: float) -> BetweenPlaces:

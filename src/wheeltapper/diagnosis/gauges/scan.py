@@ -54,35 +54,65 @@ class Candidate(NamedTuple):
     radius: float
 
 
-def candidates(
-    runs: Runs, values: Values, band: Band, changes: Changes, weights: Weights, most: int
-) -> list[Candidate]:
-    """Return the places at which a fresh flat explains most of the readings, the best first."""
-    passing = runs.passing
-    speed, radius = values[SPEED], float(runs.scene.vehicle.radius)
-    level = band.smooth(runs.readings(values, "fresh"))
-    left = weights.over(band.taken(band.smooth(passing.readings) - level))
-    free = weights.over(_free(band, level, speed))
-    strikes = _Strikes(runs, values, changes)
-    begin, end = float(passing.x[0]), float(passing.x[-1])
-    first, step = begin - 0.2, speed / (FINE * band.cutoff)
-    tried = [
-        (place, 1.0 + more) for more in RADII for place in np.arange(first, first + 2 * pi * radius * (1 + more), step)
-    ]
-    spectra = [strikes.at(np.arange(place, end, 2.0 * pi * radius * factor)) for place, factor in tried]
-    columns = weights.over(changes.of_spectra(np.stack(spectra, axis=1)))
-    factor, gain = _factors(left, free, columns, weights)
-    found: list[Candidate] = []
-    turn = 2.0 * pi * radius
-    for number in np.argsort(-gain):
-        place, own = tried[number]
-        ways = [abs((place - one.position + 0.5 * turn) % turn - 0.5 * turn) for one in found]
-        if all(way > APART for way in ways):
-            length = float(np.clip(TRIED * np.sqrt(factor[number]), SHORTEST, LONGEST))
-            found.append(Candidate(float(gain[number]), length, float(place), own))
-        if len(found) == most:
-            break
-    return found
+class Scan:
+    """A wheel without a flaw, and what a flat at any place of its circumference would add to its readings.
+
+    Parameters
+    ----------
+    runs
+        Of the wheel.
+    values
+        Of one without a flat.
+    band, changes, weights
+        Of its readings.
+    """
+
+    def __init__(self, runs: Runs, values: Values, band: Band, changes: Changes, weights: Weights) -> None:
+        passing, speed, radius = runs.passing, values[SPEED], float(runs.scene.vehicle.radius)
+        self.band, self.weights = band, weights
+        self.level = band.smooth(runs.readings(values, "fresh"))
+        self.turn = 2.0 * pi * radius
+        self._free = weights.over(_free(band, self.level, speed))
+        strikes = _Strikes(runs, values, changes)
+        begin, end = float(passing.x[0]), float(passing.x[-1])
+        first, step = begin - 0.2, speed / (FINE * band.cutoff)
+        self._tried = [
+            (place, 1.0 + more) for more in RADII for place in np.arange(first, first + self.turn * (1 + more), step)
+        ]
+        spectra = [strikes.at(np.arange(place, end, self.turn * factor)) for place, factor in self._tried]
+        self._columns = weights.over(changes.of_spectra(np.stack(spectra, axis=1)))
+        weighed = weights.weighed(np.column_stack([self._free, self._columns]))
+        self._tied, self._weighed = np.split(weighed, [self._free.shape[1]], axis=1)
+        self._inverse = np.linalg.inv(self._free.T @ self._tied + 1e-6 * np.eye(self._free.shape[1]))
+        beside = self._free.T @ self._weighed
+        self._size = (self._columns * self._weighed).sum(axis=0) - (beside * (self._inverse @ beside)).sum(axis=0)
+
+    def candidates(
+        self, readings: FloatArray, used: NDArray[np.bool_], most: int, share: float = 1.0
+    ) -> list[Candidate]:
+        """Return the places at which a fresh flat explains most of readings, (samples, sensors), the best first.
+
+        Readings that are not `used` count as explained. `share` is the wheel's static force over that of the scan's.
+        """
+        beside = self.band.smooth(readings) - share * self.level
+        left = self.weights.over(self.band.taken(np.where(used, beside, 0.0)))
+        factor, gain = self._factors(left)
+        found: list[Candidate] = []
+        for number in np.argsort(-gain):
+            place, own = self._tried[number]
+            ways = [abs((place - one.position + 0.5 * self.turn) % self.turn - 0.5 * self.turn) for one in found]
+            if all(way > APART for way in ways):
+                length = float(np.clip(TRIED * np.sqrt(factor[number]), SHORTEST, LONGEST))
+                found.append(Candidate(float(gain[number]), length, float(place), own))
+            if len(found) == most:
+                break
+        return found
+
+    def _factors(self, left: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the best factor on each column, at least 0, and by how much χ² falls with it."""
+        along = self._weighed.T @ left - self._weighed.T @ (self._free @ (self._inverse @ (self._tied.T @ left)))
+        factor = np.clip(along / self._size, 0.0, (LONGEST / TRIED) ** 2)
+        return factor, factor * (2.0 * along - factor * self._size)
 
 
 def _free(band: Band, level: FloatArray, speed: float) -> FloatArray:
@@ -91,21 +121,6 @@ def _free(band: Band, level: FloatArray, speed: float) -> FloatArray:
     along = np.linspace(-1.0, 1.0, len(level))[:, None]
     moved = np.stack([band.taken(slope), band.taken(slope * along)], axis=1)
     return np.concatenate([band.of_each(level), band.of_each(1e3 * np.ones_like(level)), moved], axis=1)
-
-
-def _factors(
-    left: FloatArray, free: FloatArray, columns: FloatArray, weights: Weights
-) -> tuple[FloatArray, FloatArray]:
-    """Return the best factor on each column, at least 0, and by how much χ² falls with it."""
-    weighed = weights.weighed(np.column_stack([left, free]))
-    own, tied = weighed[:, 0], weighed[:, 1:]
-    inverse = np.linalg.inv(free.T @ tied + 1e-6 * np.eye(free.shape[1]))
-    of_columns = weights.weighed(columns)
-    beside = free.T @ of_columns
-    along = columns.T @ own - beside.T @ inverse @ (free.T @ own)
-    size = (columns * of_columns).sum(axis=0) - (beside * (inverse @ beside)).sum(axis=0)
-    factor = np.clip(along / size, 0.0, (LONGEST / TRIED) ** 2)
-    return factor, factor * (2.0 * along - factor * size)
 
 
 class _Strikes:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import ceil, floor
 from typing import NamedTuple
 
 import numpy as np
@@ -12,24 +13,25 @@ from scipy.ndimage import uniform_filter1d
 
 from wheeltapper.describe.paths import value_at
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.diagnosis.alarms import PEAKS
 from wheeltapper.diagnosis.faults.rounded_flat import RoundedFlat
 from wheeltapper.diagnosis.faults.wheel_flat import FreshFlat
 from wheeltapper.diagnosis.finding import HEALTHY
 from wheeltapper.diagnosis.gauges.changes import Changes
 from wheeltapper.diagnosis.gauges.fit import Fit, Problem, fitted
+from wheeltapper.diagnosis.gauges.known import CONTACT, MASS, RADIUS, Known
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
 from wheeltapper.diagnosis.gauges.responses import Responses, responses_of
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
-from wheeltapper.diagnosis.gauges.scan import Candidate, candidates
+from wheeltapper.diagnosis.gauges.scan import Candidate, Scan
 from wheeltapper.diagnosis.gauges.weighing import Weights, band_of
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.march.common.blocks import algebra_on_one_thread
+from wheeltapper.record.assessment.filtering import low_passed
 
 FloatArray = NDArray[np.float64]
 NAMES = {flat.shape: flat.name for flat in (FreshFlat, RoundedFlat)}
 """Of the faults, by the shapes of flats."""
-CONTACT = "contact.constant_per_wheel"
-MASS, RADIUS = "vehicle.mass", "vehicle.radius"
 HIGHEST = 800.0
 """Readings are compared up to this frequency, Hz."""
 FIRST_WAVE, FIRST = 0.05, (200.0, 600.0)
@@ -52,23 +54,35 @@ NEEDED, SMALLEST = 100.0, 0.015
 TOLD = 60.0
 """Fresh and rounded flats are told from each other where χ² differs by so much, over the reduced χ² of the better one.
 Of a fresh flat of 29 mm at 30 m/s, with roughness, the rounded one was better by 37."""
-LONGER = 1.3
-"""Length of a rounded flat over that of the fresh one that is most like it."""
+HOPELESS = 600.0
+"""A shape whose χ² is so much more, over the reduced χ², before values of the track are fitted is not fitted further:
+the difference fell by 260 in the median then, and to no less than 0.37 of itself."""
+FINER = 4
+"""Forces of a fitted wheel are told so many times a sample."""
+LONGER = {"fresh": 1.0, "rounded": 1.3}
+"""Length of a flat over that of the fresh one that is most like it."""
 
 
-class Known(NamedTuple):
-    """What is known of a site's track and its wheels.
+class Shown(NamedTuple):
+    """What a fitted wheel does while it passes the sensors.
 
     Attributes
     ----------
-    scene
-        One wheel without a flaw on the site's track; its x is that of the site.
-    spread
-        Standard deviations over values, by their paths in `scene`.
+    x, force
+        Places of the wheel, m, and the contact's force there, N, FINER times a sample.
+    largest
+        Force of its largest maximum, N.
+    below
+        Largest force below PEAKS, N.
+    read
+        What the sensors would have recorded, N, (samples, sensors).
     """
 
-    scene: Scenario
-    spread: Mapping[str, float]
+    x: FloatArray
+    force: FloatArray
+    largest: float
+    below: float
+    read: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +99,15 @@ class Sized:
         Where the flat was looked for.
     runs
         How many runs it took.
+    shown
+        What the best flat does; None of a wheel that counts as healthy.
     """
 
     fits: Mapping[str, Fit]
     gain: float
     candidates: tuple[Candidate, ...]
     runs: int
+    shown: Shown | None = None
 
     @property
     def best(self) -> Fit | None:
@@ -119,7 +136,13 @@ class Sized:
         return fit.values[LENGTH] * float(np.sqrt(left * fit.deviation(LENGTH) ** 2 + OWN_LENGTH**2))
 
 
-def sized_flat(passing: Passing, known: Known, gain_spread: FloatArray) -> Sized:
+def sized_flat(
+    passing: Passing,
+    known: Known,
+    gain_spread: FloatArray,
+    places: Sequence[Candidate] | None = None,
+    before: Sized | None = None,
+) -> Sized:
     """Return the flat that explains a wheel's readings best, as fresh and as rounded.
 
     Parameters
@@ -130,50 +153,105 @@ def sized_flat(passing: Passing, known: Known, gain_spread: FloatArray) -> Sized
         Of track and wheels.
     gain_spread
         Standard deviation of each sensor's gain.
+    places
+        Where the flat may be, if a scan for wheels alike has told it.
+    before
+        What was found of the wheel with other readings, as of neighbours that were not known: fits begin there.
     """
     with algebra_on_one_thread():
-        return _sized(passing, known, gain_spread)
+        return _sized(passing, known, gain_spread, places, before)
 
 
-def _sized(passing: Passing, known: Known, gain_spread: FloatArray) -> Sized:
-    runs, scene = Runs(passing, known.scene), known.scene
+def scan_of(passing: Passing, known: Known) -> Scan:
+    """Return what a flat would add to the readings of a wheel like this one."""
+    with algebra_on_one_thread():
+        runs, values = Runs(passing, known.scene), values_of(passing, known)
+        return _scan(_coarse(runs, values, known.spread, np.ones(len(passing.sensors))), values)
+
+
+def _scan(coarse: Problem, values: dict[str, float]) -> Scan:
+    return Scan(coarse.runs, values, coarse.band, coarse.changes, coarse.weights)
+
+
+def values_of(passing: Passing, known: Known) -> dict[str, float]:
+    """Return the values of a wheel without a flaw, as they are known before."""
     paths = dict.fromkeys([MASS, RADIUS, CONTACT, *known.spread])
-    values: dict[str, float] = {path: float(value_at(scene, path)) for path in paths}
-    values |= {SPEED: passing.speed, FORCE: passing.static_force, ADVANCE: 0.0}
+    own = {path: float(value_at(known.scene, path)) for path in paths}
+    return own | {SPEED: passing.speed, FORCE: passing.static_force, ADVANCE: 0.0}
+
+
+def _coarse(runs: Runs, values: dict[str, float], spread: Mapping[str, float], gain_spread: FloatArray) -> Problem:
+    """Return a wheel's readings up to the frequency at which a flat is looked for."""
+    cutoff = min(float(np.clip(values[SPEED] / FIRST_WAVE, *FIRST)), runs.passing.highest)
+    return _problem(runs, values, spread, gain_spread, cutoff, FIRST_NOISE)
+
+
+def _sized(
+    passing: Passing, known: Known, gain_spread: FloatArray, places: Sequence[Candidate] | None, before: Sized | None
+) -> Sized:
+    runs, values = Runs(passing, known.scene), values_of(passing, known)
     track = [path for path in known.spread if path.startswith("track.")]
-    own = [path for path in paths if path not in track]
-    first_cutoff = float(np.clip(passing.speed / FIRST_WAVE, *FIRST))
-    coarse = _problem(runs, values, known.spread, gain_spread, first_cutoff, FIRST_NOISE)
-    places = candidates(runs, values, coarse.band, coarse.changes, coarse.weights, CANDIDATES)
+    own = [path for path in known.spread if path not in (*track, RADIUS)]
+    coarse = _coarse(runs, values, known.spread, gain_spread)
+    if places is None:
+        places = _scan(coarse, values).candidates(passing.readings, passing.used, CANDIDATES)
     if places[0].gain < SCREENED:
         return Sized({}, places[0].gain, tuple(places), runs.count)
-    worth = [one for one in places if one.gain > places[0].gain - max(ALSO, SHARE * places[0].gain)]
-    first = (LENGTH, POSITION, RADIUS, FORCE, ADVANCE, SPEED)
-    tried = [fitted(coarse, _with_flat(values, one), "fresh", first, steps=5) for one in worth]
-    start = min(tried, key=lambda one: one.chi).values
-    fine = _problem(runs, values, known.spread, gain_spread, HIGHEST)
-    fits: dict[str, Fit] = {}
-    every, of_track = (*first, *[path for path in own if path != RADIUS]), None
-    for shape, longer in (("fresh", 1.0), ("rounded", LONGER)):
-        begin = {**start, LENGTH: longer * start[LENGTH]}
-        fit = fitted(_weighed(fine, values, begin, shape), begin, shape, first, steps=5)
-        for _ in range(ROUNDS):
-            fit = fitted(_weighed(fine, values, fit.values, shape), fit.values, shape, every, track, known=of_track)
+    first = (LENGTH, POSITION, *[path for path in known.spread if path == RADIUS], FORCE, ADVANCE, SPEED)
+    if before is not None and before.fits:
+        starts = {shape: fit.values for shape, fit in before.fits.items()}
+    else:
+        worth = [one for one in places if one.gain > places[0].gain - max(ALSO, SHARE * places[0].gain)]
+        tried = [fitted(coarse, _with_flat(values, one, RADIUS in first), "fresh", first, steps=5) for one in worth]
+        start = min(tried, key=lambda one: one.chi).values
+        starts = {shape: {**start, LENGTH: longer * start[LENGTH]} for shape, longer in LONGER.items()}
+    fine = _problem(runs, values, known.spread, gain_spread, min(HIGHEST, passing.highest))
+    begun = {}
+    for shape, begin in starts.items():
+        begun[shape] = fitted(_weighed(fine, values, begin, shape), begin, shape, first, steps=5)
+    least = min(begun.values(), key=lambda one: one.misfit)
+    hopeless = least.misfit + HOPELESS * max(1.0, least.chi / least.readings)
+    fits, of_track = dict[str, Fit](), None
+    for shape, fit in sorted(begun.items(), key=lambda one: one[1].misfit):
+        for _ in range(ROUNDS if fit.misfit < hopeless else 0):
+            fit = fitted(
+                _weighed(fine, values, fit.values, shape), fit.values, shape, (*first, *own), track, known=of_track
+            )
             of_track = fit.track
             if fit.chi < UNSETTLED * fit.readings:
                 break
             of_track = None
-        fits[shape], of_track = fit, fit.track
+        fits[shape], of_track = fit, fit.track or of_track
     best = min(fits.values(), key=lambda one: one.misfit)
-    flawless = fitted(_weighed(fine, values, best.values, best.shape), values, best.shape, (FORCE, ADVANCE, SPEED))
-    return Sized(fits, flawless.chi - best.chi, tuple(places), runs.count)
+    flawless = fitted(
+        _weighed(fine, values, best.values, best.shape), values, best.shape, (FORCE, ADVANCE, SPEED), steps=2
+    )
+    sized = Sized(fits, flawless.chi - best.chi, tuple(places), runs.count)
+    return sized if sized.best is None else replace(sized, shown=_shown(runs, sized.best))
 
 
-def _with_flat(values: Mapping[str, float], one: Candidate) -> dict[str, float]:
-    """Return values with a flat that may be there; it is longer than its readings below a low frequency say."""
-    return {
-        **values, LENGTH: 1.1 * one.length, POSITION: one.position, RADIUS: one.radius * values[RADIUS],
-    }  # fmt: skip
+def _shown(runs: Runs, fit: Fit) -> Shown:
+    """Return what a fitted wheel does."""
+    passing, record = runs.passing, runs.record(fit.values, fit.shape)
+    rate, first = FINER * passing.rate, passing.lead / passing.rate
+    times = np.arange(FINER * (passing.lead + len(passing.readings))) / rate
+    force = np.asarray(record.at(times[times <= record.end]).normal_force)
+    begins = FINER * passing.lead
+    peaks = record.peaks.normal_force.values[record.peaks.time.values >= first]
+    window = force[begins:]
+    x = np.asarray(passing.place + fit.values[ADVANCE] + fit.values[SPEED] * np.arange(len(window)) / rate)
+    largest = max(float(window.max()), float(peaks.max(initial=0.0)))
+    below = float(low_passed(force, rate, PEAKS)[begins:].max())
+    return Shown(x, window, largest, below, fit.told(runs.readings(fit.values, fit.shape)))
+
+
+def _with_flat(values: Mapping[str, float], one: Candidate, worn: bool) -> dict[str, float]:
+    """Return values with a flat that may be there; it is longer than its readings below a low frequency say.
+
+    The radius, too, is that of the candidate if wheels are `worn`.
+    """
+    radius = values[RADIUS] * (one.radius if worn else 1.0)
+    return {**values, LENGTH: 1.1 * one.length, POSITION: one.position, RADIUS: radius}
 
 
 def _problem(
@@ -185,7 +263,7 @@ def _problem(
     band, responses = band_of(passing, cutoff), _responses(passing, scene)
     stiffness = contact_stiffness(values[CONTACT], values[FORCE])
     rough = rough_columns(band, responses, stiffness, values[MASS])
-    weights = Weights(np.full(band.counts.sum(), deviation or band.noise), rough)
+    weights = Weights(band.deviations(deviation or band.noise), rough)
     return Problem(runs, band, Changes(band, responses), weights, rough, values, spread, gain_spread)
 
 
@@ -193,14 +271,19 @@ def _responses(passing: Passing, scene: Scenario) -> Responses:
     """Return the responses of the track around the sensors."""
     seat = float(scene.track.first_sleeper)
     places = tuple((float(one.x1) - seat, float(one.x2) - seat) for one in passing.sensors)
-    first, last = float(passing.x[0]) - seat, float(passing.x[-1]) - seat
+    spacing = float(scene.track.spacing)  # whole bays, so that other wheels find them computed
+    first, last = floor((passing.x[0] - seat) / spacing) * spacing, ceil((passing.x[-1] - seat) / spacing) * spacing
     return responses_of(section_of(scene.track), places, first, last)._replace(seat=seat)
 
 
 def _weighed(problem: Problem, flawless: Mapping[str, float], values: Mapping[str, float], shape: str) -> Problem:
     """Return a problem with weights that allow for error of the model where a flat has readings of its own."""
     band, runs = problem.band, problem.runs
-    own = np.abs(band.smooth(runs.readings(values, shape) - runs.readings(flawless, "fresh")))
-    width = max(3, round(SMOOTHED * band.passing.rate))
-    error = MODEL_ERROR * band.taken(uniform_filter1d(own, width, axis=0))
-    return problem._replace(weights=Weights(np.hypot(band.noise, error), problem.rough))
+    own = band.smooth(runs.readings(values, shape) - runs.readings(flawless, "fresh"))
+    error = band.taken(doubt_of(own, band.passing.rate))
+    return problem._replace(weights=Weights(np.hypot(band.deviations(band.noise), error), problem.rough))
+
+
+def doubt_of(flat: FloatArray, rate: float) -> FloatArray:
+    """Return the standard deviation of the model's readings of a flat, N, (samples, sensors)."""
+    return np.asarray(MODEL_ERROR * uniform_filter1d(np.abs(flat), max(3, round(SMOOTHED * rate)), axis=0))

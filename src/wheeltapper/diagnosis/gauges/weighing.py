@@ -12,13 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from wheeltapper.diagnosis.gauges.passing import Passing
+from wheeltapper.diagnosis.gauges.passing import SAMPLES, Passing
 from wheeltapper.record.assessment.filtering import low_passed
 
 FloatArray = NDArray[np.float64]
 T = TypeVar("T", np.float64, np.complex128)
-SAMPLES = 2.5
-"""Readings are compared at so many times the cut-off frequency, a second."""
 ORDER = 8
 """Of the low-pass."""
 CORRELATED = 2.2
@@ -59,6 +57,11 @@ class Band(NamedTuple):
         """Return the readings that are compared, those of each sensor in a column of its own, (readings, sensors)."""
         own = np.repeat(np.arange(readings.shape[1]), self.counts)
         return np.where(own[:, None] == np.arange(readings.shape[1]), self.taken(readings)[:, None], 0.0)
+
+    def deviations(self, noise: float) -> FloatArray:
+        """Return the standard deviations of the readings that are compared, with noise of such a one, N."""
+        doubt = self.passing.doubt
+        return np.hypot(noise, np.zeros(self.counts.sum()) if doubt is None else self.taken(doubt))
 
     @property
     def rows(self) -> NDArray[np.int64]:

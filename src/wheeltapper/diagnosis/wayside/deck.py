@@ -24,7 +24,7 @@ SHORTEST = 0.05
 QUIET = "no strikes"
 
 
-def with_models(train: TrainFinding, deck: Recording, site: Site, which: Diagnosed) -> TrainFinding:
+def with_deck(train: TrainFinding, deck: Recording, site: Site, which: Diagnosed) -> TrainFinding:
     """Return a train whose axles have the finding of the deck's model, as `model`; notes say which could have none.
 
     A recording is that of one wheelset from its arrival at x = 0 to the next one's.

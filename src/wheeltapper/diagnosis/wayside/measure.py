@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from wheeltapper.diagnosis.alarms import PEAKS, compared
 from wheeltapper.diagnosis.train import TrainFinding
 from wheeltapper.diagnosis.wayside.axles import passages_of
 from wheeltapper.diagnosis.wayside.channels import Channel, FloatArray, channels_of, read_channels, unused_sensors
-from wheeltapper.diagnosis.wayside.deck import DIAGNOSED, Diagnosed, deck_recording, with_models
+from wheeltapper.diagnosis.wayside.deck import DIAGNOSED, Diagnosed, deck_recording, with_deck
 from wheeltapper.diagnosis.wayside.doubts import (
     check_train,
     displaced,
@@ -28,9 +28,11 @@ from wheeltapper.diagnosis.wayside.doubts import (
     odd_gains,
     sound_channels,
 )
+from wheeltapper.diagnosis.wayside.measured import Measured
 from wheeltapper.diagnosis.wayside.passage import Passage, axles_text, occupied_by, with_known_distances
 from wheeltapper.diagnosis.wayside.pulses import Pulses, pulses_of
 from wheeltapper.diagnosis.wayside.seen import blind_shares
+from wheeltapper.diagnosis.wayside.sizes import with_sizes
 from wheeltapper.diagnosis.wayside.vehicles import Vehicle, vehicles_of
 from wheeltapper.diagnosis.wayside.wheels import Side, imbalance, seats_of, sides_of, turn_between
 from wheeltapper.ground.arguments import as_list, as_quantity, check_choice, check_text
@@ -76,8 +78,10 @@ def measure_trains(
     name, date
         Name of the recording and date of the passage; both are only repeated in the results.
     diagnosed
-        Axles that are diagnosed with the site's deck, too, by the acceleration of its sensor, whose name is that of a
-        column: "none", "suspicious" (strikes, alarms, or no force) or "all". Each takes seconds.
+        "none", "suspicious" or "all". Of a site with a deck, axles that are diagnosed, too, by the acceleration of its
+        sensor, whose name is that of a column; suspicious are those with strikes, an alarm, or no force. Of a site with
+        a `track`, wheels to whose recording a model of wheel and track is fitted, which gives a flat its length;
+        suspicious are those that strike, or that a wheel without a flaw does not explain. Each takes seconds.
 
     Returns
     -------
@@ -95,15 +99,7 @@ def measure_trains(
     check_choice(diagnosed, "diagnosed", DIAGNOSED)
     given = recordings if isinstance(recordings, Mapping) else read_channels(recordings, site)
     found = trains_in(channels_of(given, site), site, chosen, distances, name, date)
-    return tuple(one.finding for one in with_deck(found, given, site, diagnosed))
-
-
-class Measured(NamedTuple):
-    """A train, and what it was measured by."""
-
-    finding: TrainFinding
-    passage: Passage
-    pulses: list[Pulses]
+    return tuple(one.finding for one in with_models(found, given, site, diagnosed))
 
 
 def trains_in(
@@ -142,7 +138,7 @@ def trains_in(
         of_axles = () if found.turns else (*cut, *misfits(found, several), *lost_axles(found, several))
         told = (*absent, *notes, *more, *said, *crossed, *of_axles, *found.notes)
         found = replace(found, notes=told, cut=(bool(early.any()), bool(late.any())))
-        trains.append(Measured(_train(found, several, sides, site, rules, name, date), found, several))
+        trains.append(Measured(_train(found, several, sides, site, rules, name, date), found, several, sides))
     return trains
 
 
@@ -158,18 +154,19 @@ def _pulses_and_passages(channels: Sequence[Channel]) -> tuple[list[Pulses], lis
     return several, passages
 
 
-def with_deck(
+def with_models(
     found: Sequence[Measured], recordings: Mapping[str, Recording], site: Site, diagnosed: Diagnosed
 ) -> list[Measured]:
-    """Return trains whose axles are diagnosed by the deck's recording, too."""
+    """Return trains whose axles are diagnosed by the deck's recording, or whose wheels by the gauges' on a track."""
     if diagnosed == "none":
         return list(found)
+    if site.track is not None:
+        return [with_sizes(one, site, diagnosed) for one in found]
     deck = deck_recording(recordings, site)
     if deck is None or site.passage is None:
-        raise InputError(
-            "", "diagnosed", f"{diagnosed!r}, without a recording of a deck", "'none', or a site with a deck"
-        )
-    return [one._replace(finding=with_models(one.finding, deck, site, diagnosed)) for one in found]
+        found_there = f"{diagnosed!r}, without a recording of a deck"
+        raise InputError("", "diagnosed", found_there, "'none', or a site with a deck or a `track`")
+    return [one._replace(finding=with_deck(one.finding, deck, site, diagnosed)) for one in found]
 
 
 def _notes_of_channels(several: Sequence[Pulses]) -> list[str]:

@@ -7,20 +7,24 @@ from typing import Any, NamedTuple
 
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.alarms import Alarm
+from wheeltapper.diagnosis.finding import HEALTHY
 from wheeltapper.diagnosis.train import TrainFinding
 from wheeltapper.diagnosis.wayside.channels import channels_of, read_channels
 from wheeltapper.diagnosis.wayside.deck import Diagnosed
-from wheeltapper.diagnosis.wayside.measure import NO_FORCE, NO_STRIKES, STRIKES, Measured, trains_in, with_deck
+from wheeltapper.diagnosis.wayside.measure import NO_FORCE, NO_STRIKES, STRIKES, trains_in, with_models
+from wheeltapper.diagnosis.wayside.measured import Measured
 from wheeltapper.diagnosis.wayside.sources import Source
 from wheeltapper.diagnosis.wayside.wheels import traces_of
-from wheeltapper.faces.report.pictures import evidence
+from wheeltapper.faces.report.pictures import evidence, fitted_evidence
 from wheeltapper.ground.errors import InputError, printable
 from wheeltapper.record.limits.rule import Rule
 
 MEASURED, NO_TRAIN, NOT_READ, NOT_MEASURED = "measured", "no train", "not read", "not measured"
 """Answers to a recording. The last one: its process died, or the program failed; the next time it is tried again."""
-FINDINGS = ("stop", "maintain", "warning", STRIKES, NO_STRIKES, NO_FORCE)
-"""Findings on a wheel, the worst first: the level of its worst alarm, else its verdict."""
+FLAWED = "flaw by the model"
+FINDINGS = ("stop", "maintain", "warning", FLAWED, STRIKES, NO_STRIKES, NO_FORCE)
+"""Findings on a wheel, the worst first: the level of its worst alarm, else what a fitted model says, else its verdict.
+"""
 PICTURES = 4
 """Largest number of wheels of a train whose evidence is drawn."""
 
@@ -35,11 +39,13 @@ class Asked(NamedTuple):
 
 
 class Picture(NamedTuple):
-    """The evidence of a wheel, as an SVG."""
+    """The evidence of a wheel, as an SVG; and that of the model that was fitted to it, with what it says."""
 
     axle: int
     side: str | None
     svg: str
+    model: str = ""
+    said: str = ""
 
 
 class Train(NamedTuple):
@@ -65,7 +71,7 @@ def answer_source(asked: Asked, source: Source) -> Answer:
         found = trains_in(
             channels_of(recordings, asked.site), asked.site, asked.rules, asked.distances, source.name, source.when[0]
         )
-        found = with_deck(found, recordings, asked.site, asked.diagnosed)
+        found = with_models(found, recordings, asked.site, asked.diagnosed)
         if not found:
             return Answer(NO_TRAIN, "no axle in any channel stands out from noise and drift")
         return Answer(MEASURED, "", tuple(_train(one) for one in found))
@@ -78,27 +84,37 @@ def answer_source(asked: Asked, source: Source) -> Answer:
 def _train(found: Measured) -> Train:
     train = found.finding
     wheels = tuple(
-        {**row, "finding": finding_of(row["verdict"], _alarms_at(train, row["axle"], row["side"]))}
+        {**row, "finding": finding_of(row["verdict"], _alarms_at(train, row["axle"], row["side"]), row.get("model"))}
         for row in train.table()
     )
     worst = sorted(wheels, key=_badness)[:PICTURES]
     bad = [row for row in worst if row["finding"] not in (NO_STRIKES, NO_FORCE)] or worst[:1]
     entries = {(n, one["side"]): one for n, axle in enumerate(train.axles, 1) for one in axle["wheels"]}
     pictures = tuple(
-        Picture(row["axle"], row["side"], evidence(row, entries[row["axle"], row["side"]],
-                traces_of(found.passage, found.pulses, row["axle"] - 1, row["side"])))
-        for row in bad if row["finding"] != NO_FORCE
-    )  # fmt: skip
+        _picture(found, row, entries[row["axle"], row["side"]]) for row in bad if row["finding"] != NO_FORCE
+    )
     return Train(train, wheels, pictures)
+
+
+def _picture(found: Measured, row: dict[str, Any], wheel: dict[str, Any]) -> Picture:
+    axle, side = row["axle"], row["side"]
+    seen = evidence(row, wheel, traces_of(found.passage, found.pulses, axle - 1, side))
+    fitted = found.finding.wheels.get((axle, side))
+    if fitted is None:
+        return Picture(axle, side, seen)
+    model = "" if fitted.sized.shown is None else fitted_evidence(fitted)
+    return Picture(axle, side, seen, model, str(fitted))
 
 
 def _alarms_at(train: TrainFinding, axle: int, side: str | None) -> list[Alarm]:
     return [alarm for alarm in train.alarms_at(axle) if alarm.side in ("", side or "")]
 
 
-def finding_of(verdict: str, alarms: Sequence[Alarm]) -> str:
-    """Return the finding on a wheel, one of `FINDINGS`."""
+def finding_of(verdict: str, alarms: Sequence[Alarm], model: str | None = None) -> str:
+    """Return the finding on a wheel, one of `FINDINGS`; `model` is the verdict of a fitted model, if there is one."""
     levels = {alarm.rule.level for alarm in alarms}
+    if model not in (None, HEALTHY):
+        levels.add(FLAWED)
     return next((level for level in FINDINGS if level in levels), verdict)
 
 

@@ -14,14 +14,15 @@ from wheeltapper._version import __version__
 from wheeltapper.diagnosis.alarms import together
 from wheeltapper.diagnosis.train import TrainFinding, cell_text
 from wheeltapper.diagnosis.wayside.measure import NO_FORCE, NO_STRIKES, STRIKES
-from wheeltapper.faces.report.answers import FINDINGS, Train
+from wheeltapper.faces.report.answers import FINDINGS, FLAWED, Train
 from wheeltapper.faces.report.drawing import drawing_of
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
 MARKS = {
-    "stop": ("stop", "S"), "maintain": ("maintain", "M"), "warning": ("warning", "W"), STRIKES: ("strikes", "*"),
+    "stop": ("stop", "S"), "maintain": ("maintain", "M"), "warning": ("warning", "W"),
+    FLAWED: ("flaw", "F"), STRIKES: ("strikes", "*"),
     NO_STRIKES: ("fine", ""), NO_FORCE: ("none", "?"),
 }  # fmt: skip
 """Class in the style sheet, and mark in a wheel, of each finding."""
@@ -103,6 +104,7 @@ def train_page(
     rows = {(row["axle"], row["side"]): row for row in train.wheels}
     pictures: list[dict[str, Any]] = [
         {"axle": one.axle, "side": one.side, "row": rows[one.axle, one.side], "uri": _data_uri(one.svg),
+         "model": _data_uri(one.model) if one.model else "", "said": one.said,
          "identity": identities.get((one.axle, one.side))}
         for one in train.pictures
     ]  # fmt: skip

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
+from wheeltapper.diagnosis.gauges.finding import WheelFinding
 from wheeltapper.diagnosis.wayside.wheels import Trace
+from wheeltapper.faces.gauges import draw_wheel
 from wheeltapper.faces.panels import BLUE, RED, legend_above
 from wheeltapper.faces.plot import STYLE
 
@@ -25,7 +28,7 @@ def evidence(row: Mapping[str, Any], wheel: Mapping[str, Any], traces: Sequence[
     traces
         What the sensors of its rail read.
     """
-    with matplotlib.style.context(STYLE), matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "report"}):
+    with _drawn():
         figure = Figure(figsize=(9.0, 2.6))
         axis = figure.subplots()
         for number, trace in enumerate(traces):
@@ -43,8 +46,27 @@ def evidence(row: Mapping[str, Any], wheel: Mapping[str, Any], traces: Sequence[
         axis.set(xlabel="place along the track [m]", ylabel="force [kN]")
         axis.set_title(f"axle {row['axle']} {row['side'] or ''}".rstrip())
         legend_above(axis, 5)
-        written = io.StringIO()
-        figure.savefig(written, format="svg", metadata={"Date": None, "Creator": None})
+        return _as_svg(figure)
+
+
+def fitted_evidence(finding: WheelFinding) -> str:
+    """Return a picture of a wheel's fitted model as an SVG."""
+    with _drawn():
+        figure = Figure()
+        draw_wheel(figure, finding)
+        return _as_svg(figure)
+
+
+@contextmanager
+def _drawn() -> Iterator[None]:
+    """Draw as all pictures of the package are drawn, to the same text each time."""
+    with matplotlib.style.context(STYLE), matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "report"}):
+        yield
+
+
+def _as_svg(figure: Figure) -> str:
+    written = io.StringIO()
+    figure.savefig(written, format="svg", metadata={"Date": None, "Creator": None})
     return written.getvalue()
 
 

@@ -1,0 +1,116 @@
+"""What gauges show of a wheel: its fault, its size, and its force over the whole passage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp
+from typing import Any
+
+import numpy as np
+
+from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
+from wheeltapper.diagnosis.gauges.passing import FORCE, LENGTH, POSITION, SPEED, Passing
+from wheeltapper.diagnosis.gauges.sizing import NAMES, Sized
+
+EXPLAINED = 2.0
+"""The largest χ² of a reading that a model leaves. Flats from another program, on another track, left 0.96 to 1.25."""
+TEMPER = 10.0
+"""Differences of χ² count this part of themselves in probabilities: the model errs by more than noise does."""
+INTERVAL = 1.645
+"""Half of an interval of 90 %, in standard deviations."""
+
+
+@dataclass(frozen=True, eq=False)
+class WheelFinding:
+    """What gauges show of one wheel.
+
+    Attributes
+    ----------
+    sized
+        The fitted flats.
+    passing
+        What was recorded of the wheel.
+    notes
+        What a user should know.
+    """
+
+    sized: Sized
+    passing: Passing
+    notes: tuple[str, ...] = ()
+
+    @property
+    def reduced(self) -> float | None:
+        """χ² of a reading that the best flat leaves; None where none was fitted."""
+        best = self.sized.best
+        return None if best is None else best.chi / best.readings
+
+    @property
+    def verdict(self) -> str:
+        """The fault's name in the catalogue, "healthy" or "not explained"."""
+        return NOT_EXPLAINED if (self.reduced or 0.0) > EXPLAINED else self.sized.verdict
+
+    @property
+    def probabilities(self) -> dict[str, float]:
+        """Of "healthy" and of each flat, after the readings; empty where nothing speaks for a flat."""
+        best = self.sized.best
+        if best is None:
+            return {HEALTHY: 1.0}
+        scale = 2.0 * TEMPER * max(1.0, best.chi / best.readings)
+        odds = {NAMES[one.shape]: exp((best.misfit - one.misfit) / scale) for one in self.sized.fits.values()}
+        odds[HEALTHY] = exp(-min(self.sized.gain, 1e4) / scale)
+        total = sum(odds.values())
+        return {name: value / total for name, value in sorted(odds.items(), key=lambda item: -item[1])}
+
+    @property
+    def sizes(self) -> dict[str, tuple[float, tuple[float, float]]]:
+        """Length, m, and its 90 % interval of each flat that was fitted, by its name."""
+        out = {}
+        for shape, fit in self.sized.fits.items() if self.sized.best is not None else ():
+            length, half = fit.values[LENGTH], INTERVAL * self.sized.deviation(shape)
+            out[NAMES[shape]] = length, (length - half, length + half)
+        return out
+
+    def __str__(self) -> str:
+        """Return one or two sentences."""
+        if self.verdict == NOT_EXPLAINED:
+            return f"not explained: the nearest model, {self.sized.verdict}, leaves χ² = {self.reduced:.2g} per reading"
+        if self.verdict not in self.sizes:
+            return f"{self.verdict}: no flat explains the readings better than none"
+        size, ends = self.sizes[self.verdict]
+        said = f"{self.verdict} (probability {self.probabilities[self.verdict]:.3f}), {1e3 * size:.1f} mm long "
+        said += f"(90 %: {1e3 * ends[0]:.1f} to {1e3 * ends[1]:.1f})"
+        for name in self.sized.alike:
+            said += f"; not excluded: {name}, {1e3 * self.sizes[name][0]:.1f} mm"
+        return said
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but samples, in SI units."""
+        best, shown = self.sized.best, self.sized.shown
+        own = best is not None and self.verdict != NOT_EXPLAINED
+        size, interval = self.sizes.get(self.verdict, (None, None))
+        values = {} if best is None or not own else {name: _estimate(best, name) for name in best.names}
+        return {
+            "verdict": self.verdict,
+            "probabilities": self.probabilities,
+            "alike": list(self.sized.alike) if own else [],
+            "size": size,
+            "size_interval": None if interval is None else list(interval),
+            "size_unit": "" if size is None else "m",
+            "sizes": {name: {"size": one, "size_interval": list(ends)} for name, (one, ends) in self.sizes.items()},
+            "place": best.values[POSITION] if best is not None and own else None,
+            "speed": best.values[SPEED] if best is not None and own else self.passing.speed,
+            "static_force": best.values[FORCE] if best is not None and own else self.passing.static_force,
+            "largest_force": shown.largest if shown is not None and own else None,
+            "largest_below_500": shown.below if shown is not None and own else None,
+            "chi_squared_reduced": self.reduced,
+            "gain": self.sized.gain,
+            "estimates": values,
+            "notes": list(self.notes),
+        }
+
+
+def _estimate(fit: Any, name: str) -> dict[str, Any]:
+    value, half = fit.values[name], INTERVAL * fit.deviation(name)
+    additive = name in ("position", "advance")
+    low, high = (value - half, value + half) if additive else (value * exp(-half), value * float(np.exp(half)))
+    return {"value": value, "interval_90": [low, high]}

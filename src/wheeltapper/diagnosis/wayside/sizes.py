@@ -1,0 +1,357 @@
+"""Flats of a train's wheels: a model of wheel and track is fitted to what gauges recorded of each wheel.
+
+Each wheel is cut out of the channels of its rail. What the other wheels' loads do there is taken away, and once a flat
+is known also what that does to its neighbours. Wheels of like speed and load are looked through together.
+
+Theory: docs/theory/gauges.rst, section 16.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, sosfiltfilt
+
+from wheeltapper.describe.sensor.rail_shear_force import RailShearForce
+from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.gauges.finding import WheelFinding
+from wheeltapper.diagnosis.gauges.known import Known, known_of
+from wheeltapper.diagnosis.gauges.passing import LENGTH, SPEED, Passing, Runs
+from wheeltapper.diagnosis.gauges.scan import Candidate, Scan
+from wheeltapper.diagnosis.gauges.sizing import (
+    CANDIDATES,
+    FIRST_NOISE,
+    SCREENED,
+    Sized,
+    doubt_of,
+    scan_of,
+    sized_flat,
+    values_of,
+)
+from wheeltapper.diagnosis.wayside.channels import Channel
+from wheeltapper.diagnosis.wayside.deck import Diagnosed
+from wheeltapper.diagnosis.wayside.measured import Measured
+from wheeltapper.diagnosis.wayside.passage import Passage
+from wheeltapper.diagnosis.wayside.pulses import Pulses
+from wheeltapper.diagnosis.wayside.wheels import Side
+from wheeltapper.record.assessment.filtering import low_passed
+
+FloatArray = NDArray[np.float64]
+BEYOND, REACH = 1.4, 4.0
+"""A wheel is fitted from so far before the first gauge to so far behind the last one, m; others are felt from as far as
+the second."""
+OWN, OTHERS = 0.06, 0.15
+"""What a gauge reads is left out while the wheel is so near to it, m, and while another wheel is between the pair's
+gauges or so near to them."""
+OFF = 0.05
+"""Error of what other wheels' loads do to a pair, over that: of the track, of gains, and of what is rough."""
+RATE, LOWEST = 5000.0, 1200.0
+"""Channels are taken at about this rate, Hz; none of less than the other is fitted."""
+PASSES, CHANGED = 4, 5e-4
+"""Wheels are fitted at most so often, again if a flat that they feel has changed by so much, m."""
+RINGING, QUIET = (200.0, 500.0), (0.28, 0.44)
+"""Bands in which channels show their noise, Hz, and over their rate: between them rails on seats ring, near 1 kHz."""
+SUREST = 1e-4
+"""Least standard deviation of a gain."""
+AROUND = 0.3
+"""How long before the first and behind the last axle a train counts as passing, s."""
+SPEEDS, LOADS = 0.01, 0.25
+"""Wheels whose speeds and static forces differ by no more than about these parts are looked through together."""
+
+
+class Rail(NamedTuple):
+    """The pairs of gauges of one rail while a train passes; places grow the way it runs.
+
+    Attributes
+    ----------
+    side
+        "left", "right" or None.
+    sensors
+        The pairs.
+    known
+        Of track and wheels.
+    rate, start
+        Of the samples, Hz, and when the first one is, s.
+    forces
+        Over the gains and above the zero lines, N, (samples, sensors).
+    missing
+        Where there are none.
+    noise
+        Standard deviation of a sample, N.
+    gain_spread
+        Of each sensor.
+    """
+
+    side: str | None
+    sensors: tuple[RailShearForce, ...]
+    known: Known
+    rate: float
+    start: float
+    forces: FloatArray
+    missing: NDArray[np.bool_]
+    noise: float
+    gain_spread: FloatArray
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Places of the first and of the last gauge, m."""
+        return min(one.x1 for one in self.sensors), max(one.x2 for one in self.sensors)
+
+
+def rails_of(passage: Passage, several: Sequence[Pulses], sides: Sequence[Side], known: Known) -> list[Rail]:
+    """Return the rails of a train that have pairs of gauges of one clock that are fast enough."""
+    out = []
+    for side in sides:
+        channels = [
+            one.channel for one in several
+            if isinstance(one.channel.sensor, RailShearForce) and one.channel.sensor.side == side.side
+            and one.channel.sensor.name in side.counted
+        ]  # fmt: skip
+        clocks = {(one.rate, one.start, len(one.forces)) for one in channels}
+        if len(clocks) == 1 and channels[0].rate >= LOWEST:
+            zeros = [one.zero for one in several if one.channel in channels]
+            out.append(_rail(side.side, passage, channels, np.stack(zeros, axis=1), known))
+    return out
+
+
+def _rail(side: str | None, passage: Passage, channels: Sequence[Channel], zeros: FloatArray, known: Known) -> Rail:
+    start, every = channels[0].start, max(1, int(channels[0].rate / RATE))
+    rate = channels[0].rate / every
+    above = np.stack([one.forces for one in channels], axis=1) - zeros
+    forces = (above if every == 1 else low_passed(above, channels[0].rate, 0.4 * rate))[::every]
+    missing = np.stack([one.missing for one in channels], axis=1)
+    lost = np.add.reduceat(missing, np.arange(0, len(missing), every), axis=0) > 0
+    sensors = [one.sensor for one in channels if isinstance(one.sensor, RailShearForce)]
+    backwards = bool(passage.speeds[0] < 0.0)
+    turned = [one.model_copy(update={"x1": -one.x2, "x2": -one.x1}) if backwards else one for one in sensors]
+    ends = (np.array([passage.times.min() - AROUND, passage.times.max() + AROUND]) - start) * rate
+    noise = _noise(forces[max(0, int(ends[0])) : int(ends[1])], rate)
+    spread = np.array([max(one.gain_uncertainty, SUREST) for one in sensors])
+    return Rail(side, tuple(turned), known.mirrored if backwards else known, rate, start, forces, lost, noise, spread)
+
+
+def _noise(forces: FloatArray, rate: float) -> float:
+    """Return the standard deviation of a sample's noise while a train passes, N, with what wheels far away do.
+
+    It is the larger one of what two bands show, of which each is said to be white. Most samples are of such wheels.
+    """
+    found = []
+    for low, high in (RINGING, (QUIET[0] * rate, QUIET[1] * rate)):
+        band = butter(4, (low, high), "bandpass", fs=rate, output="sos")
+        through = np.sqrt(2.0 * (high - low) / rate)  # what the band leaves of white noise
+        found.append(1.4826 * np.median(np.abs(sosfiltfilt(band, forces, axis=0)), axis=0) / through)
+    return float(np.sqrt(np.mean(np.square(np.max(found, axis=0)))))
+
+
+@dataclass(eq=False)
+class Wheels:
+    """The wheels of one rail of a train.
+
+    Attributes
+    ----------
+    rail, passage
+        What was recorded, and the axles.
+    forces
+        Static force of each wheel, N; NaN where it is unknown.
+    beside, lengths
+        What flats of wheels that were fitted do to the channels, N, (samples, sensors), and their lengths, m; by axle.
+    """
+
+    rail: Rail
+    passage: Passage
+    forces: FloatArray
+    beside: dict[int, tuple[slice, FloatArray]] = field(default_factory=dict)
+    lengths: dict[int, float] = field(default_factory=dict)
+    _scans: dict[tuple[int, int], Scan] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        speed, force = float(np.median(self.speeds)), float(np.nanmedian(self.forces))
+        wide = self._like(speed, force, REACH + BEYOND)
+        level = Runs(wide, self.rail.known.scene).readings(values_of(wide, self.rail.known), "fresh")
+        self._level = wide.x, level / force
+
+    @property
+    def speeds(self) -> FloatArray:
+        """Of the axles, m/s, as positive numbers."""
+        return np.abs(self.passage.speeds)
+
+    def passing(self, axle: int) -> Passing:
+        """Return what was recorded of a wheel, without what other wheels do."""
+        rail, (window, times) = self.rail, self._window(axle, BEYOND)
+        readings, used = rail.forces[window].copy(), ~rail.missing[window]
+        x, doubt = self._x(axle, times), np.zeros_like(readings)
+        for other in self.neighbours(axle):
+            there = self._x(other, times)
+            load = self.forces[other] * self._level_at(there)
+            readings -= load
+            doubt = np.hypot(doubt, OFF * load)
+            used &= ~np.stack([(there > one.x1 - OTHERS) & (there < one.x2 + OTHERS) for one in rail.sensors], axis=1)
+            if other in self.beside:
+                own, flat = self.beside[other]
+                both = slice(max(own.start, window.start), min(own.stop, window.stop))
+                part = slice(both.start - own.start, both.stop - own.start)
+                if both.stop > both.start:
+                    here = slice(both.start - window.start, both.stop - window.start)
+                    readings[here] -= flat[part]
+                    doubt[here] = np.hypot(doubt[here], doubt_of(flat[part], rail.rate))
+        used &= self._beside_gauges(x)
+        return replace(self._passing(axle, x, readings, used), doubt=doubt)
+
+    def places(self, passing: Passing) -> list[Candidate]:
+        """Return where a flat may be on a wheel, the most likely place first."""
+        speed, force = passing.speed, passing.static_force
+        key = round(np.log(speed) / SPEEDS), round(np.log(force) / LOADS)
+        if key not in self._scans:
+            like = self._like(float(np.exp(key[0] * SPEEDS)), float(np.exp(key[1] * LOADS)), BEYOND)
+            self._scans[key] = scan_of(like, self.rail.known)
+        scan = self._scans[key]
+        place = (scan.band.passing.x - passing.place) / speed * passing.rate
+        inside = (place >= 0.0) & (place <= len(passing.readings) - 1.0)
+        near = np.clip(np.rint(place), 0, len(passing.readings) - 1).astype(int)
+        spline = CubicSpline(np.arange(len(passing.readings)), passing.readings)
+        readings = spline(np.clip(place, 0.0, len(passing.readings) - 1.0))
+        share = force / scan.band.passing.static_force
+        used = passing.used[near] & inside[:, None]
+        if passing.doubt is not None:
+            used &= passing.doubt[near] < FIRST_NOISE
+        return scan.candidates(readings, used, CANDIDATES, share)
+
+    def keep(self, axle: int, sized: Sized) -> None:
+        """Let neighbours know the flat of a wheel."""
+        best = sized.best
+        if best is None:
+            self.beside.pop(axle, None)
+            self.lengths.pop(axle, None)
+            return
+        (window, _), (own, times) = self._window(axle, BEYOND + REACH), self._window(axle, BEYOND)
+        earlier = best.values[SPEED] * (own.start - window.start) / self.rail.rate
+        x = self._x(axle, times[:1]) - earlier
+        wide = self._passing(axle, x, self.rail.forces[window], ~self.rail.missing[window])
+        runs = Runs(wide, self.rail.known.scene)
+        flat = runs.readings(best.values, best.shape) - runs.readings({**best.values, LENGTH: 0.0}, best.shape)
+        self.beside[axle], self.lengths[axle] = (window, flat * best.gains), best.values[LENGTH]
+
+    def is_whole(self, axle: int) -> bool:
+        """Return whether a wheel was recorded from before the first gauge to behind the last, and weighed."""
+        _, times = self._window(axle, 0.0)
+        first, last = self.rail.ends
+        apart = (last - first) / float(self.speeds[axle]) * self.rail.rate
+        return bool(np.isfinite(self.forces[axle])) and len(times) >= apart - 1.0
+
+    def lengths_beside(self, axle: int) -> dict[int, float]:
+        """Return the lengths of flats that a wheel feels, m, by axle."""
+        return {one: self.lengths[one] for one in self.neighbours(axle) if one in self.lengths}
+
+    def neighbours(self, axle: int) -> list[int]:
+        """Return the axles that are near enough to feel each other's flats."""
+        first, last = self.rail.ends
+        reach = BEYOND + REACH + last - first
+        apart = np.abs(self.passage.places - self.passage.places[axle])
+        near = np.flatnonzero((apart < reach) & np.isfinite(self.forces))
+        return [one for one in near.tolist() if one != axle]
+
+    def _window(self, axle: int, beyond: float) -> tuple[slice, FloatArray]:
+        """Return the samples while a wheel is so near to the gauges, m, and their times, s."""
+        first, last = self.rail.ends
+        times = self.rail.start + np.arange(len(self.rail.forces)) / self.rail.rate
+        ends = [float(self.passage.when_at(axle, self._sign * at)) for at in (first - beyond, last + beyond)]
+        window = slice(*np.searchsorted(times, ends).tolist())
+        return window, times[window]
+
+    def _passing(self, axle: int, x: FloatArray, readings: FloatArray, used: NDArray[np.bool_]) -> Passing:
+        speed, force = float(self.speeds[axle]), float(self.forces[axle])
+        return Passing(self.rail.sensors, self.rail.rate, readings, used, float(x[0]), speed, force, self.rail.noise)
+
+    @property
+    def _sign(self) -> float:
+        return float(np.sign(self.passage.speeds[0]))
+
+    def _x(self, axle: int, times: FloatArray) -> FloatArray:
+        """Return where a wheel is at times, the way the train runs, m."""
+        return self._sign * self.passage.x_of(axle, times)
+
+    def _level_at(self, x: FloatArray) -> FloatArray:
+        """Return what a wheel of 1 N without a flaw does to the sensors from places, (places, sensors)."""
+        places, level = self._level
+        return np.stack([np.interp(x, places, one, left=0.0, right=0.0) for one in level.T], axis=1)
+
+    def _beside_gauges(self, x: FloatArray) -> NDArray[np.bool_]:
+        gauges = ((one.x1, one.x2) for one in self.rail.sensors)
+        return np.stack([np.minimum(abs(x - a), abs(x - b)) > OWN for a, b in gauges], axis=1)
+
+    def _like(self, speed: float, force: float, beyond: float) -> Passing:
+        """Return a wheel without readings."""
+        first, last = self.rail.ends
+        count = int(np.ceil((last - first + 2.0 * beyond) / speed * self.rail.rate))
+        x = np.asarray(first - beyond + speed * np.arange(count) / self.rail.rate)
+        nothing = np.zeros((count, len(self.rail.sensors)))
+        return Passing(
+            self.rail.sensors, self.rail.rate, nothing, self._beside_gauges(x), float(x[0]), speed, force,
+            self.rail.noise,
+        )  # fmt: skip
+
+
+def with_sizes(found: Measured, site: Site, which: Diagnosed) -> Measured:
+    """Return a train whose wheels have the `finding` of a fitted model; notes say which could have none."""
+    rails = {} if _is_unsteady(found.passage) else {
+        rail.side: rail for rail in rails_of(found.passage, found.pulses, found.sides, known_of(site))
+    }  # fmt: skip
+    entries = [{**axle, "wheels": [dict(wheel) for wheel in axle["wheels"]]} for axle in found.finding.axles]
+    notes, shown = [*_unfitted(found, rails)], dict[tuple[int, str | None], WheelFinding]()
+    for number, side in enumerate(found.sides):
+        if side.side not in rails:
+            continue
+        wheels = Wheels(rails[side.side], found.passage, side.mean)
+        for axle, finding in _findings(wheels, which, {a for a, strikes in enumerate(side.strikes) if strikes}).items():
+            entries[axle]["wheels"][number]["finding"] = finding.to_dict()
+            shown[axle + 1, side.side] = finding
+    told = replace(found.finding, axles=tuple(entries), notes=(*found.finding.notes, *notes), wheels=shown)
+    return found._replace(finding=told)
+
+
+def _findings(wheels: Wheels, which: Diagnosed, struck: set[int]) -> dict[int, WheelFinding]:
+    """Return what is found of wheels, by axle: the most conspicuous ones first, since they are felt by others."""
+    seen = {axle: wheels.passing(axle) for axle in range(len(wheels.forces)) if wheels.is_whole(axle)}
+    places = {axle: wheels.places(passing) for axle, passing in seen.items()}
+    asked = [axle for axle in seen if which == "all" or axle in struck or places[axle][0].gain >= SCREENED]
+    out: dict[int, WheelFinding] = {}
+    told: dict[int, dict[int, float]] = {}
+    for _ in range(PASSES):  # more than once where wheels feel each other's flats
+        for axle in sorted(asked, key=lambda axle: -places[axle][0].gain):
+            beside = wheels.lengths_beside(axle)
+            if axle in told and not _has_changed(told[axle], beside):
+                continue
+            if beside:
+                seen[axle] = wheels.passing(axle)
+                places[axle] = wheels.places(seen[axle])
+            told[axle] = beside
+            before, own = out.get(axle), wheels.rail
+            sized = sized_flat(
+                seen[axle], own.known, own.gain_spread, places[axle], None if before is None else before.sized
+            )
+            out[axle] = WheelFinding(sized, seen[axle])
+            wheels.keep(axle, sized)
+    return out
+
+
+def _has_changed(before: Mapping[int, float], now: Mapping[int, float]) -> bool:
+    """Return whether flats of neighbours have become others."""
+    return before.keys() != now.keys() or any(abs(now[one] - before[one]) > CHANGED for one in now)
+
+
+def _is_unsteady(passage: Passage) -> bool:
+    return passage.course is not None or passage.turns
+
+
+def _unfitted(found: Measured, rails: Mapping[str | None, Rail]) -> list[str]:
+    """Return why wheels have no finding."""
+    if _is_unsteady(found.passage):
+        return ["the train stops or turns on the sensors: no model of a wheel at a steady speed is fitted"]
+    lost = [side.side or "both rails" for side in found.sides if side.side not in rails]
+    words = f"no model is fitted: no pairs of rail shear gauges of one clock with {LOWEST:g} Hz or more"
+    return [f"{', '.join(lost)}: {words}"] if lost else []

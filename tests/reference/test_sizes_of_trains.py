@@ -1,0 +1,158 @@
+"""Flats of a train's wheels, told and sized by a site with a track, on recordings of finite elements."""
+
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from tests.wayside import BALLAST, HERTZ, MASS, PAD, PAD_DAMPING, RADIUS, SPACING, Line, Wheel, train_of
+from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis import Recording, measure_trains
+from wheeltapper.diagnosis.gauges.known import known_of
+from wheeltapper.diagnosis.wayside.channels import channels_of
+from wheeltapper.diagnosis.wayside.measure import trains_in
+from wheeltapper.diagnosis.wayside.sizes import Wheels, rails_of
+from wheeltapper.ground.errors import InputError
+
+from .test_gauges import RATE, SHEAR, SPREAD, TRACK
+
+SPEED, AXLES = 20.0, (0.0, 1.8, 9.0, 10.8)
+PAIRS = tuple((SPACING * k + 0.1, SPACING * k + 0.5) for k in range(4))
+UNCERTAIN = {
+    path.replace("vehicle.mass", "unsprung_mass").replace("vehicle.", ""): share for path, share in SPREAD.items()
+}
+FLATS = {1: (0.040, -0.7, False), 2: (0.036, 1.1, True), 3: (0.030, -1.9, False)}
+"""Lengths, m, where they meet the rail, m, and whether they are rounded, by axle from 0; two are 1.8 m apart."""
+
+
+def site(**changes):
+    sensors = [
+        wt.sensors.RailShearForce(name=f"{number}", x1=a, x2=b, rate=RATE, gain_uncertainty=0.05)
+        for number, (a, b) in enumerate(PAIRS)
+    ]
+    known = {"track": TRACK, "radius": RADIUS, "unsprung_mass": MASS, "uncertainty": UNCERTAIN}
+    return Site(
+        **{"sensors": sensors, "contact": wt.Hertz(constant_per_wheel=HERTZ), "name": "gauges", **known, **changes}
+    )
+
+
+def mirrored(place):
+    """Return a site whose x runs the other way."""
+    turned = [one.model_copy(update={"x1": -one.x2, "x2": -one.x1}) for one in place.sensors]
+    return place.replaced({"sensors": turned, "track.first_sleeper": -place.track.first_sleeper})
+
+
+@cache
+def recordings(flawed):
+    """Return what the gauges recorded of a wagon, on a track that differs from the site's."""
+    line = Line(
+        [("pair", *one) for one in PAIRS], before=9.5, pad=0.93 * PAD, ballast=1.1 * BALLAST,
+        pad_damping=1.15 * PAD_DAMPING, shear=SHEAR, per_bay=12, hertz=1.04 * HERTZ,
+    )  # fmt: skip
+    rng = np.random.default_rng(11)
+    wheels = []
+    for axle in range(len(AXLES)):
+        length, first, worn = FLATS[axle] if flawed and axle in FLATS else (0.0, 0.0, False)
+        wheels.append(Wheel(float(rng.uniform(50e3, 90e3)), 40 + axle, (length, first) if length else None, worn))
+    passages = line.passages(wheels, SPEED, RATE)
+    read, _ = train_of(line, passages, SPEED, RATE, AXLES, range(len(AXLES)))
+    gains = 1.0 + 0.05 * rng.standard_normal((len(PAIRS), 1))
+    noisy = gains * read + 500.0 * rng.standard_normal(read.shape)
+    return {f"{number}": Recording(row, RATE, "force") for number, row in enumerate(noisy)}, wheels, passages
+
+
+def test_wheels_without_a_flaw_are_healthy():
+    found, _, _ = recordings(False)
+    (train,) = measure_trains(found, site(), diagnosed="all")
+    findings = [axle["wheels"][0]["finding"] for axle in train.axles]
+    assert [one["verdict"] for one in findings] == ["healthy"] * len(AXLES)
+    assert max(one["gain"] for one in findings) < 25.0
+    (train,) = measure_trains(found, site(), diagnosed="suspicious")
+    assert all("finding" not in axle["wheels"][0] for axle in train.axles)
+    assert not train.wheels
+
+
+@pytest.mark.slow
+def test_flats_of_neighbours_are_told_and_sized(tmp_path):
+    found, wheels, passages = recordings(True)
+    (train,) = measure_trains(found, site(), diagnosed="suspicious")
+    for axle, (length, _, worn) in FLATS.items():
+        one = train.wheels[axle + 1, None]
+        finding = train.axles[axle]["wheels"][0]["finding"]
+        assert finding["verdict"] == ("rounded flat" if worn else "wheel flat"), finding
+        assert abs(finding["size"] - length) < 2e-3
+        low, high = finding["size_interval"]
+        assert low < finding["size"] < high
+        assert 0.5e-3 < 0.5 * (high - low) < 3e-3
+        assert finding["static_force"] == pytest.approx(wheels[axle].load, rel=0.06)
+        inside = (passages.x > one.passing.x[0]) & (passages.x < one.passing.x[-1])
+        assert finding["largest_force"] == pytest.approx(passages.forces[axle][inside].max(), rel=0.12)
+        row = train.table()[axle]
+        assert row["model"] == finding["verdict"]
+        assert "mm" in row["size"]
+    healthy = train.axles[0]["wheels"][0].get("finding", {"verdict": "healthy"})
+    assert healthy["verdict"] == "healthy"
+    json.dumps(train.to_dict())
+    wt.plot(train.wheels[2, None], tmp_path / "wheel.svg")
+    assert "mm long" in str(train.wheels[2, None])
+
+
+def test_a_train_that_runs_the_other_way_is_the_same_for_the_model():
+    found, place = recordings(True)[0], site()
+    seen = []
+    for one in (place, mirrored(place)):
+        (train,) = trains_in(channels_of(found, one), one, (), None, "", "")
+        (rail,) = rails_of(train.passage, train.pulses, train.sides, known_of(one))
+        seen.append((rail, Wheels(rail, train.passage, train.sides[0].mean)))
+    (rail, wheels), (other, turned) = seen
+    assert rail.known.scene.track.first_sleeper == other.known.scene.track.first_sleeper
+    assert [(one.x1, one.x2) for one in rail.sensors] == [(one.x1, one.x2) for one in other.sensors[::-1]]
+    for axle in range(len(AXLES)):
+        one, same = wheels.passing(axle), turned.passing(axle)
+        np.testing.assert_allclose(same.x, one.x, atol=1e-6)
+        np.testing.assert_allclose(same.readings[:, ::-1], one.readings, atol=1e-3)
+        np.testing.assert_array_equal(same.used[:, ::-1], one.used)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"unsprung_mass": None}, "unsprung_mass: found none, with a track"),
+        ({"radius": None}, "radius: found none, with a track"),
+        ({"track": None, "uncertainty": {}}, "unsprung_mass: found given, without a track"),
+        ({"track": wt.StiffTrack(), "uncertainty": {}}, "track: found a StiffTrack"),
+        ({"spacing": 0.65}, "spacing: found 0.65 m, on a track with 0.6 m"),
+        ({"uncertainty": {"speed": 0.1}}, "uncertainty: found 'speed'"),
+        ({"uncertainty": {"track.pad": 0.1}}, "uncertainty: found 'track.pad'"),
+        ({"contact": wt.Hertz(constant=1e11)}, "contact.constant: found a wheelset's constant"),
+        ({"passage": wt.load("examples/site.toml").passage, "uncertainty": {}}, "track: found one besides a passage"),
+    ],
+)
+def test_what_a_site_with_a_track_lacks_or_has_too_much_is_said(changes, said):
+    with pytest.raises(InputError, match=said):
+        site(**changes)
+
+
+def test_a_site_with_a_track_is_written_and_read_as_it_is(tmp_path):
+    place = site()
+    place.to_toml(tmp_path / "site.toml")
+    assert Site.from_toml(tmp_path / "site.toml") == place
+    assert hash(place) != hash(place.replaced({"track.pad_stiffness": 1e8}))
+
+
+def test_the_contact_of_a_site_is_that_of_its_radius():
+    given, computed = known_of(site()), known_of(site(contact=None))
+    assert given.scene.contact.constant_per_wheel == HERTZ
+    own = wt.Scenario(vehicle=wt.Wheelset(mass=1200.0, load=1.4e5, radius=RADIUS), speed=20.0, duration=0.01)
+    explicit = own.replaced({"contact": wt.Hertz(constant_per_wheel=computed.scene.contact.constant_per_wheel)})
+    assert float(wt.simulate(explicit).at(0.0).indentation[0]) == pytest.approx(
+        float(wt.simulate(own).at(0.0).indentation[0]), rel=1e-12
+    )
+
+
+def test_models_are_refused_where_the_site_has_none():
+    place = site(track=None, unsprung_mass=None, contact=None, uncertainty={})
+    with pytest.raises(InputError, match="'none', or a site with a deck or a `track`"):
+        measure_trains(recordings(False)[0], place, diagnosed="all")
