@@ -57,8 +57,8 @@ class Fit(NamedTuple):
         How many.
     gains, zeros
         Of the sensors; zero lines in N, then their slopes.
-    track
-        Derivatives of compared readings by values of the track, N, by name.
+    columns
+        Derivatives of compared readings by values of the wheel and of the track, N, by name.
     logarithm
         Of the determinant of the readings' covariance.
     """
@@ -71,7 +71,7 @@ class Fit(NamedTuple):
     readings: int
     gains: FloatArray
     zeros: FloatArray
-    track: Mapping[str, FloatArray]
+    columns: Mapping[str, FloatArray]
     logarithm: float
 
     @property
@@ -150,16 +150,18 @@ def fitted(
     steps
         Most of them.
     known
-        Derivatives by values of the track, if they are known from another fit of the wheel.
+        Derivatives by values, if they are known from another fit of the wheel near these values.
     """
     search = _Search(problem, shape, (*names, *track))
     now = search.at(dict(values), np.ones(len(problem.gain_spread)), np.zeros(2 * len(problem.gain_spread)))
-    damping, fell, columns = DAMPED, np.inf, dict[str, FloatArray]()
-    of_track = known or {name: search.difference(now, name) for name in track}
+    damping, fell, columns = DAMPED, np.inf, dict(known or {})
+    columns |= {name: search.difference(now, name) for name in track if name not in columns}
     for number in range(steps):
-        if not columns or (number % 2 == 0 and fell > NEARLY):
-            columns = {name: search.change(now, name) for name in names}
-        jacobian = search.jacobian(now, {**columns, **of_track})
+        if number == 0:
+            columns |= {name: search.change(now, name) for name in names if name not in columns}
+        elif number % 2 == 0 and fell > NEARLY:
+            columns |= {name: search.change(now, name) for name in names}
+        jacobian = search.jacobian(now, columns)
         curvature, downhill = search.normal(now, jacobian)
         for _ in range(TRIES):
             change = np.asarray(np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), downhill))
@@ -175,7 +177,7 @@ def fitted(
     covariance = np.asarray(np.linalg.inv(curvature))
     count = int(problem.band.counts.sum())
     return Fit(
-        shape, now.values, search.names, covariance, now.chi, count, now.gains, now.zeros, of_track,
+        shape, now.values, search.names, covariance, now.chi, count, now.gains, now.zeros, columns,
         problem.weights.logarithm,
     )  # fmt: skip
 

@@ -154,7 +154,8 @@ class Runs:
         key = shape, tuple(sorted(values.items()))
         if key not in self._forces:
             times = np.arange(self.passing.lead + len(self.passing.readings)) / self.passing.rate
-            self._forces[key] = np.asarray(self.record(values, shape).at(times).normal_force)
+            record = self.record(values, shape)
+            self._forces[key] = record._lowered.forces(record._march, times)[:, 0]
         return self._forces[key]
 
 

@@ -211,17 +211,16 @@ def _sized(
         begun[shape] = fitted(_weighed(fine, values, begin, shape), begin, shape, first, steps=5)
     least = min(begun.values(), key=lambda one: one.misfit)
     hopeless = least.misfit + HOPELESS * max(1.0, least.chi / least.readings)
-    fits, of_track = dict[str, Fit](), None
+    fits, of_track = dict[str, Fit](), dict[str, FloatArray]()
     for shape, fit in sorted(begun.items(), key=lambda one: one[1].misfit):
         for _ in range(ROUNDS if fit.misfit < hopeless else 0):
-            fit = fitted(
-                _weighed(fine, values, fit.values, shape), fit.values, shape, (*first, *own), track, known=of_track
-            )
-            of_track = fit.track
+            weighed = _weighed(fine, values, fit.values, shape)
+            fit = fitted(weighed, fit.values, shape, (*first, *own), track, known={**fit.columns, **of_track})
             if fit.chi < UNSETTLED * fit.readings:
                 break
-            of_track = None
-        fits[shape], of_track = fit, fit.track or of_track
+            fit, of_track = fit._replace(columns={}), {}
+        fits[shape] = fit
+        of_track = {name: fit.columns[name] for name in track if name in fit.columns}
     best = min(fits.values(), key=lambda one: one.misfit)
     flawless = fitted(
         _weighed(fine, values, best.values, best.shape), values, best.shape, (FORCE, ADVANCE, SPEED), steps=2

@@ -159,6 +159,10 @@ class LoweredScenario:
         """Return the scaled state at the end of a march."""
         raise NotImplementedError
 
+    def forces(self, march: Any, times: FloatArray) -> FloatArray:
+        """Return the normal forces of all contacts at times, s, N, (times, contacts)."""
+        return np.asarray(self.variables(march, times)["normal_force"][1]).reshape(len(times), -1)
+
     def variables(self, march: Any, times: FloatArray) -> Variables:
         """Return all variables at rising times, s; those of the wheels have the dimension `contact` last."""
         raise NotImplementedError

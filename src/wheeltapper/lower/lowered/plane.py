@@ -226,6 +226,10 @@ class LoweredPlane(LoweredScenario):
         radius = np.array([wheelset.radius for wheelset in self.plane.wheelsets], dtype=float)
         return Contacts(self.static_force, positions, radius, np.arange(len(positions)), sides=1)
 
+    def forces(self, march: Marched, times: FloatArray) -> FloatArray:
+        """Return the normal forces of all contacts, without all else."""
+        return march.forces(times)[:, : len(self.plane.wheelsets)] * self.force
+
     def variables(self, march: Marched, times: FloatArray) -> Variables:
         """Return all variables but what the track does elsewhere."""
         found = march.at(times)

@@ -221,6 +221,16 @@ def steps_at(found: Found, times: FloatArray) -> IntArray:
     return _places(found, times)[0]
 
 
+def forces(found: Found, times: FloatArray) -> FloatArray:
+    """Return the forces of all contacts at some times, s, as `replay` does, and nothing else."""
+    step, theta = _places(found, times)
+    out = np.empty((len(times), len(found.prepared.system.contacts)))
+    for some, part in found.by_stretch(step):
+        at = _sampled_contacts(part, step[some], theta[some])
+        out[some] = np.stack([one.force for one in at], axis=1)
+    return out * found.prepared.units.force
+
+
 def replay(found: Found, times: FloatArray) -> Replayed:
     """Return everything but the modes at some times, s."""
     contacts, freedoms = len(found.prepared.system.contacts), len(found.prepared.system.bodies.mass)

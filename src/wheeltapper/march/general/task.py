@@ -112,6 +112,10 @@ class Marched(NamedTuple):
         """Return everything but the track's modes at some times, s."""
         return replay.replay(self.found, times)
 
+    def forces(self, times: FloatArray) -> FloatArray:
+        """Return the forces of all contacts at some times, s, and nothing else."""
+        return replay.forces(self.found, times)
+
     def modes(self, times: FloatArray, bends: bool = True, starts: replay.Starts | None = None) -> replay.Modes:
         """Return the track's modes at some times, s; `starts` lets one call go on from where another ended."""
         return replay.modes(self.found, times, bends, starts)

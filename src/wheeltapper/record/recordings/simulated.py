@@ -154,9 +154,12 @@ class _Run:
     @cached_property
     def forces(self) -> xr.DataArray:
         """Vertical forces of the wheels of one rail, N."""
-        if "vertical_force" in self.wheels:
+        import xarray as xr
+
+        if self.record._contacts.has_sides:
             return self.wheels["vertical_force"]
-        return self.wheels["normal_force"] / float(self.record.scenario.vehicle.plane.rails)
+        found = self.record._lowered.forces(self.record._march, self.times)
+        return xr.DataArray(found / float(self.record.scenario.vehicle.plane.rails), dims=("time", "contact"))
 
     def axle_box_acceleration(self, wheelset: int, side: str | None) -> FloatArray:
         """Return a wheelset's vertical acceleration at an axle box, m/s² upwards; of a wagon z̈ + y·φ̈ (small roll φ)."""
