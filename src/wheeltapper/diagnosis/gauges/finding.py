@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
 from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
+from wheeltapper.diagnosis.gauges.orders import OutOfRound
 from wheeltapper.diagnosis.gauges.passing import FORCE, LENGTH, POSITION, SPEED, Passing
 from wheeltapper.diagnosis.gauges.sizing import NAMES, Sized
 
@@ -50,11 +52,22 @@ class WheelFinding:
         return NOT_EXPLAINED if (self.reduced or 0.0) > EXPLAINED else self.sized.verdict
 
     @property
+    def out_of_round(self) -> OutOfRound | None:
+        """The waves of a wheel that is out of round; None of others."""
+        return self.sized.seen.orders if self.verdict == OutOfRoundWheel.name else None
+
+    @property
+    def unseen(self) -> tuple[float, float]:
+        """Lengths of fresh flats, m, that would be found on half of the circumference, and on nine tenths of it."""
+        half, most = np.quantile(self.sized.seen.smallest, [0.5, 0.9])
+        return float(half), float(most)
+
+    @property
     def probabilities(self) -> dict[str, float]:
         """Of "healthy" and of each flat, after the readings; empty where nothing speaks for a flat."""
         best = self.sized.best
         if best is None:
-            return {HEALTHY: 1.0}
+            return {self.verdict: 1.0}
         scale = 2.0 * TEMPER * max(1.0, best.chi / best.readings)
         odds = {NAMES[one.shape]: exp((best.misfit - one.misfit) / scale) for one in self.sized.fits.values()}
         odds[HEALTHY] = exp(-min(self.sized.gain, 1e4) / scale)
@@ -63,8 +76,15 @@ class WheelFinding:
 
     @property
     def sizes(self) -> dict[str, tuple[float, tuple[float, float]]]:
-        """Length, m, and its 90 % interval of each flat that was fitted, by its name."""
+        """Size, m, and its 90 % interval of each fault that was fitted, by its name.
+
+        It is the length of a flat, and of a wheel out of round the amplitude of the order that stands out most.
+        """
         out = {}
+        if self.out_of_round is not None:
+            largest = self.out_of_round.largest - 1
+            size, half = self.out_of_round.amplitudes[largest], INTERVAL * self.out_of_round.deviations[largest]
+            out[self.verdict] = float(size), (float(size - half), float(size + half))
         for shape, fit in self.sized.fits.items() if self.sized.best is not None else ():
             length, half = fit.values[LENGTH], INTERVAL * self.sized.deviation(shape)
             out[NAMES[shape]] = length, (length - half, length + half)
@@ -75,7 +95,15 @@ class WheelFinding:
         if self.verdict == NOT_EXPLAINED:
             return f"not explained: the nearest model, {self.sized.verdict}, leaves χ² = {self.reduced:.2g} per reading"
         if self.verdict not in self.sizes:
-            return f"{self.verdict}: no flat explains the readings better than none"
+            half, most = (1e3 * length for length in self.unseen)
+            said = f"{self.verdict}: no flat explains the readings; it would be found if it were longer than"
+            return f"{said} {half:.0f} mm on half of the circumference, than {most:.0f} mm on nine tenths of it"
+        if self.out_of_round is not None:
+            found = self.out_of_round
+            sizes, halves = 1e6 * found.amplitudes, 1e6 * INTERVAL * found.deviations
+            known = [f"order {k}: {sizes[k - 1]:.0f} ± {halves[k - 1]:.0f} um" for k in found.known]
+            rest = f"; hardly known: orders {', '.join(map(str, found.unknown))}" if found.unknown else ""
+            return f"{self.verdict}: {', '.join(known) or f'mostly of order {found.largest}'}{rest}"
         size, ends = self.sizes[self.verdict]
         said = f"{self.verdict} (probability {self.probabilities[self.verdict]:.3f}), {1e3 * size:.1f} mm long "
         said += f"(90 %: {1e3 * ends[0]:.1f} to {1e3 * ends[1]:.1f})"
@@ -105,6 +133,21 @@ class WheelFinding:
             "chi_squared_reduced": self.reduced,
             "gain": self.sized.gain,
             "estimates": values,
+            "orders": []
+            if self.out_of_round is None
+            else [
+                {"order": k, "amplitude": float(one), "deviation": float(sd), "phase": float(phase)}
+                for k, (one, sd, phase) in enumerate(
+                    zip(
+                        self.out_of_round.amplitudes,
+                        self.out_of_round.deviations,
+                        self.out_of_round.phases,
+                        strict=True,
+                    ),
+                    1,
+                )
+            ],
+            "found_from": {"half": self.unseen[0], "nine_tenths": self.unseen[1]},
             "notes": list(self.notes),
         }
 

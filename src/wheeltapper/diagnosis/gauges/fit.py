@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.diagnosis.gauges.changes import Changes
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Runs, Values
+from wheeltapper.diagnosis.gauges.responses import Responses
 from wheeltapper.diagnosis.gauges.weighing import Band, Weights
 
 FloatArray = NDArray[np.float64]
@@ -93,8 +94,8 @@ class Problem(NamedTuple):
 
     Attributes
     ----------
-    runs, band, changes, weights, rough
-        Of the wheel; what roughness adds to readings, as in `Weights`.
+    runs, band, responses, changes, weights, rough
+        Of the wheel and the track; what roughness adds to readings, as in `Weights`.
     known
         Values before, by name.
     spread
@@ -105,6 +106,7 @@ class Problem(NamedTuple):
 
     runs: Runs
     band: Band
+    responses: Responses
     changes: Changes
     weights: Weights
     rough: FloatArray

@@ -39,19 +39,26 @@ def rough_columns(band: Band, responses: Responses, stiffness: float, mass: floa
         To the level, dB.
     """
     passing, cutoff = band.passing, band.cutoff
-    x = passing.x[band.rows]
-    begin, end = float(passing.x[0]), float(passing.x[-1])
-    width = 1.0 / (end - begin)
+    width = 1.0 / float(passing.x[-1] - passing.x[0])
     below = np.arange(1.0 / LONGEST, min(BEYOND * cutoff / passing.speed, 1.0 / SHORTEST), width)
     density = published_density(LEVEL)
     assert density.known is not None
     known = np.maximum(below, 1.0 / density.known[1])
     amplitude = np.sqrt(density.variance_between(known, known + width) * 10.0 ** (0.1 * added))
-    number = below + 0.5 * width
-    frequencies = number * passing.speed
+    columns = wave_columns(band, responses, stiffness, mass, below + 0.5 * width)
+    return columns * np.tile(amplitude, 2)
+
+
+def wave_columns(band: Band, responses: Responses, stiffness: float, mass: float, number: FloatArray) -> FloatArray:
+    """Return readings of waves of 1 m below a wheel, as cosines and then as sines from the first sample's place.
+
+    `number` are waves per m; the rest is as in `rough_columns`. Returned are (readings, 2 * waves), N/m.
+    """
+    x = band.passing.x[band.rows]
+    frequencies = number * band.passing.speed
     answer = responses.at_places(responses.contact(frequencies, stiffness, mass), x)
-    force = answer * np.exp(2j * np.pi * number[:, None] * (x - begin))
-    force *= (amplitude * band.gain(frequencies))[:, None]
+    force = answer * np.exp(2j * np.pi * number[:, None] * (x - band.passing.place))
+    force *= band.gain(frequencies)[:, None]
     read = responses.readings(frequencies, x) * force
     return band.taken_of_rows(np.concatenate([read.real, read.imag], axis=1))
 

@@ -14,13 +14,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.diagnosis.gauges.changes import Changes
+from wheeltapper.diagnosis.gauges.fit import Problem
+from wheeltapper.diagnosis.gauges.orders import Orders, OutOfRound
 from wheeltapper.diagnosis.gauges.passing import LENGTH, POSITION, RUN_IN, SPEED, Runs, Values
-from wheeltapper.diagnosis.gauges.weighing import Band, Weights
+from wheeltapper.diagnosis.gauges.weighing import Band, Freed
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 PLACES = 6
 """Places in a bay at which a strike is simulated."""
+SCREENED = 25.0
+"""A wheel of which no flat lowers χ² by so much has none: of eight without a flaw the largest was 14."""
+CANDIDATES = 3
+"""So many places of a flat are told."""
+NEEDED = 100.0
+"""What a wheel is said to have lowers χ² by so much at least."""
+WAVES = 10.0
+"""Waves of a wheel out of round lower χ² by so much at least, less what as many explain by chance: of wheels without a
+flaw they come to -180 to -90."""
 TRIED = 0.04
 """Length of the flat that is simulated, m."""
 BEFORE, ENDS = 0.02, 0.01
@@ -54,25 +65,56 @@ class Candidate(NamedTuple):
     radius: float
 
 
+class Seen(NamedTuple):
+    """What readings show of a wheel before a model is fitted.
+
+    Attributes
+    ----------
+    candidates
+        Places of a flat, the one first that explains most.
+    orders
+        The waves of a wheel out of round that explain most.
+    smallest
+        Lengths of the shortest fresh flats that would be found, m, rising, over equal parts of the circumference.
+    reduced
+        χ² of a reading that a wheel without a flaw leaves.
+    """
+
+    candidates: tuple[Candidate, ...]
+    orders: OutOfRound
+    smallest: FloatArray
+    reduced: float
+
+    @property
+    def gain(self) -> float:
+        """By how much χ² falls, by a flat or by waves."""
+        return max(self.candidates[0].gain, self.orders.gain)
+
+    @property
+    def is_round(self) -> bool:
+        """Whether waves explain less than a flat, or too little."""
+        return self.orders.gain < max(self.candidates[0].gain, WAVES)
+
+
 class Scan:
     """A wheel without a flaw, and what a flat at any place of its circumference would add to its readings.
 
     Parameters
     ----------
-    runs
-        Of the wheel.
+    problem
+        The wheel's readings.
     values
-        Of one without a flat.
-    band, changes, weights
-        Of its readings.
+        Of a wheel without a flaw.
     """
 
-    def __init__(self, runs: Runs, values: Values, band: Band, changes: Changes, weights: Weights) -> None:
+    def __init__(self, problem: Problem, values: Values) -> None:
+        runs, band, changes = problem.runs, problem.band, problem.changes
         passing, speed, radius = runs.passing, values[SPEED], float(runs.scene.vehicle.radius)
-        self.band, self.weights = band, weights
+        self.band, self.weights = band, problem.weights
         self.level = band.smooth(runs.readings(values, "fresh"))
         self.turn = 2.0 * pi * radius
-        self._free = weights.over(_free(band, self.level, speed))
+        self._freed = freed = Freed(self.weights, self.weights.over(free_columns(band, self.level, speed)))
+        self.orders = Orders(problem, freed, radius)
         strikes = _Strikes(runs, values, changes)
         begin, end = float(passing.x[0]), float(passing.x[-1])
         first, step = begin - 0.2, speed / (FINE * band.cutoff)
@@ -80,22 +122,28 @@ class Scan:
             (place, 1.0 + more) for more in RADII for place in np.arange(first, first + self.turn * (1 + more), step)
         ]
         spectra = [strikes.at(np.arange(place, end, self.turn * factor)) for place, factor in self._tried]
-        self._columns = weights.over(changes.of_spectra(np.stack(spectra, axis=1)))
-        weighed = weights.weighed(np.column_stack([self._free, self._columns]))
-        self._tied, self._weighed = np.split(weighed, [self._free.shape[1]], axis=1)
-        self._inverse = np.linalg.inv(self._free.T @ self._tied + 1e-6 * np.eye(self._free.shape[1]))
-        beside = self._free.T @ self._weighed
-        self._size = (self._columns * self._weighed).sum(axis=0) - (beside * (self._inverse @ beside)).sum(axis=0)
+        columns = self.weights.over(changes.of_spectra(np.stack(spectra, axis=1)))
+        self._weighed = freed.weighed(columns)
+        self._size = (columns * self._weighed).sum(axis=0)
 
-    def candidates(
-        self, readings: FloatArray, used: NDArray[np.bool_], most: int, share: float = 1.0
-    ) -> list[Candidate]:
-        """Return the places at which a fresh flat explains most of readings, (samples, sensors), the best first.
+    @property
+    def smallest(self) -> FloatArray:
+        """Lengths of the shortest flats that would be found; see `Seen`."""
+        stated = [number for number, (_, factor) in enumerate(self._tried) if factor == 1.0]
+        return np.sort(TRIED * (SCREENED / self._size[stated]) ** 0.25)
 
-        Readings that are not `used` count as explained. `share` is the wheel's static force over that of the scan's.
+    def seen(self, readings: FloatArray, used: NDArray[np.bool_], share: float = 1.0) -> Seen:
+        """Return what readings, (samples, sensors), show of a wheel.
+
+        Those that are not `used` count as explained. `share` is the wheel's static force over that of the scan's.
         """
         beside = self.band.smooth(readings) - share * self.level
         left = self.weights.over(self.band.taken(np.where(used, beside, 0.0)))
+        beside = float(left @ self._freed.weighed(left)) / self.band.taken(used).sum()
+        return Seen(self._candidates(left), self.orders.found(left), self.smallest, beside)
+
+    def _candidates(self, left: FloatArray) -> tuple[Candidate, ...]:
+        """Return the places at which a fresh flat explains most of what is left, the best first."""
         factor, gain = self._factors(left)
         found: list[Candidate] = []
         for number in np.argsort(-gain):
@@ -104,18 +152,18 @@ class Scan:
             if all(way > APART for way in ways):
                 length = float(np.clip(TRIED * np.sqrt(factor[number]), SHORTEST, LONGEST))
                 found.append(Candidate(float(gain[number]), length, float(place), own))
-            if len(found) == most:
+            if len(found) == CANDIDATES:
                 break
-        return found
+        return tuple(found)
 
     def _factors(self, left: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the best factor on each column, at least 0, and by how much χ² falls with it."""
-        along = self._weighed.T @ left - self._weighed.T @ (self._free @ (self._inverse @ (self._tied.T @ left)))
+        along = self._weighed.T @ left
         factor = np.clip(along / self._size, 0.0, (LONGEST / TRIED) ** 2)
         return factor, factor * (2.0 * along - factor * self._size)
 
 
-def _free(band: Band, level: FloatArray, speed: float) -> FloatArray:
+def free_columns(band: Band, level: FloatArray, speed: float) -> FloatArray:
     """Return the readings of what is free besides: gain and zero line of each sensor, arrival, and speed."""
     slope = np.gradient(level, axis=0) * band.passing.rate * 2e-3 / speed
     along = np.linspace(-1.0, 1.0, len(level))[:, None]

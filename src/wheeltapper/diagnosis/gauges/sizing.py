@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import ceil, floor
 from typing import NamedTuple
@@ -14,6 +14,7 @@ from scipy.ndimage import uniform_filter1d
 from wheeltapper.describe.paths import value_at
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.alarms import PEAKS
+from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
 from wheeltapper.diagnosis.faults.rounded_flat import RoundedFlat
 from wheeltapper.diagnosis.faults.wheel_flat import FreshFlat
 from wheeltapper.diagnosis.finding import HEALTHY
@@ -23,7 +24,7 @@ from wheeltapper.diagnosis.gauges.known import CONTACT, MASS, RADIUS, Known
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
 from wheeltapper.diagnosis.gauges.responses import Responses, responses_of
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
-from wheeltapper.diagnosis.gauges.scan import Candidate, Scan
+from wheeltapper.diagnosis.gauges.scan import NEEDED, SCREENED, Candidate, Scan, Seen
 from wheeltapper.diagnosis.gauges.weighing import Weights, band_of
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.march.common.blocks import algebra_on_one_thread
@@ -38,19 +39,16 @@ FIRST_WAVE, FIRST = 0.05, (200.0, 600.0)
 """At first they are compared up to the frequency at which a wave of this length is passed, m, within these limits."""
 FIRST_NOISE = 400.0
 """Standard deviation of the readings then, N: coarse, as values are."""
-CANDIDATES, ALSO, SHARE = 3, 40.0, 0.35
-"""So many places of a flat are fitted, if what they explain of χ² is less than the best by at most this much, and this
-share."""
+ALSO, SHARE = 40.0, 0.35
+"""Places of a flat are fitted if what they explain of χ² is less than the best by at most this much, or this share."""
 MODEL_ERROR, SMOOTHED = 0.04, 0.004
 """This part of a flat's own readings, averaged over so many seconds, is error of the model."""
 OWN_LENGTH = 0.025
 """Standard deviation of a length that is error of the model, over the length."""
 ROUNDS, UNSETTLED = 2, 1.2
 """A fit whose χ² is more than this times the number of readings is made once more, from where it has come to."""
-SCREENED = 25.0
-"""A wheel of which no flat lowers χ² by so much at first has none: of eight without a flaw the largest was 14."""
-NEEDED, SMALLEST = 100.0, 0.015
-"""A flat lowers χ² by so much at least, and is so long, m: else a wheel counts as healthy."""
+SMALLEST = 0.015
+"""A flat is at least so long, m: else a wheel counts as healthy."""
 TOLD = 60.0
 """Fresh and rounded flats are told from each other where χ² differs by so much, over the reduced χ² of the better one.
 Of a fresh flat of 29 mm at 30 m/s, with roughness, the rounded one was better by 37."""
@@ -95,8 +93,8 @@ class Sized:
         Of flats by shape, "fresh" and "rounded"; none where nothing speaks for a flat.
     gain
         By how much the best of them lowers χ² of a wheel without a flaw.
-    candidates
-        Where the flat was looked for.
+    seen
+        What its readings show before a fit.
     runs
         How many runs it took.
     shown
@@ -105,7 +103,7 @@ class Sized:
 
     fits: Mapping[str, Fit]
     gain: float
-    candidates: tuple[Candidate, ...]
+    seen: Seen
     runs: int
     shown: Shown | None = None
 
@@ -118,6 +116,8 @@ class Sized:
     @property
     def verdict(self) -> str:
         """The name of the fault in the catalogue, or "healthy"."""
+        if not self.fits and not self.seen.is_round:
+            return OutOfRoundWheel.name
         return HEALTHY if self.best is None else NAMES[self.best.shape]
 
     @property
@@ -140,10 +140,10 @@ def sized_flat(
     passing: Passing,
     known: Known,
     gain_spread: FloatArray,
-    places: Sequence[Candidate] | None = None,
+    seen: Seen | None = None,
     before: Sized | None = None,
 ) -> Sized:
-    """Return the flat that explains a wheel's readings best, as fresh and as rounded.
+    """Return the flat that explains a wheel's readings best, as fresh and as rounded; none of a wheel out of round.
 
     Parameters
     ----------
@@ -153,24 +153,20 @@ def sized_flat(
         Of track and wheels.
     gain_spread
         Standard deviation of each sensor's gain.
-    places
-        Where the flat may be, if a scan for wheels alike has told it.
+    seen
+        What its readings show, if a scan for wheels alike has told it.
     before
         What was found of the wheel with other readings, as of neighbours that were not known: fits begin there.
     """
     with algebra_on_one_thread():
-        return _sized(passing, known, gain_spread, places, before)
+        return _sized(passing, known, gain_spread, seen, before)
 
 
 def scan_of(passing: Passing, known: Known) -> Scan:
     """Return what a flat would add to the readings of a wheel like this one."""
     with algebra_on_one_thread():
         runs, values = Runs(passing, known.scene), values_of(passing, known)
-        return _scan(_coarse(runs, values, known.spread, np.ones(len(passing.sensors))), values)
-
-
-def _scan(coarse: Problem, values: dict[str, float]) -> Scan:
-    return Scan(coarse.runs, values, coarse.band, coarse.changes, coarse.weights)
+        return Scan(_coarse(runs, values, known.spread, np.ones(len(passing.sensors))), values)
 
 
 def values_of(passing: Passing, known: Known) -> dict[str, float]:
@@ -186,22 +182,21 @@ def _coarse(runs: Runs, values: dict[str, float], spread: Mapping[str, float], g
     return _problem(runs, values, spread, gain_spread, cutoff, FIRST_NOISE)
 
 
-def _sized(
-    passing: Passing, known: Known, gain_spread: FloatArray, places: Sequence[Candidate] | None, before: Sized | None
-) -> Sized:
+def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen | None, before: Sized | None) -> Sized:
     runs, values = Runs(passing, known.scene), values_of(passing, known)
     track = [path for path in known.spread if path.startswith("track.")]
     own = [path for path in known.spread if path not in (*track, RADIUS)]
     coarse = _coarse(runs, values, known.spread, gain_spread)
-    if places is None:
-        places = _scan(coarse, values).candidates(passing.readings, passing.used, CANDIDATES)
-    if places[0].gain < SCREENED:
-        return Sized({}, places[0].gain, tuple(places), runs.count)
+    if seen is None:
+        seen = Scan(coarse, values).seen(passing.readings, passing.used)
+    if seen.candidates[0].gain < SCREENED or not seen.is_round:
+        return Sized({}, seen.gain, seen, runs.count)
     first = (LENGTH, POSITION, *[path for path in known.spread if path == RADIUS], FORCE, ADVANCE, SPEED)
     if before is not None and before.fits:
         starts = {shape: fit.values for shape, fit in before.fits.items()}
     else:
-        worth = [one for one in places if one.gain > places[0].gain - max(ALSO, SHARE * places[0].gain)]
+        most = seen.candidates[0].gain
+        worth = [one for one in seen.candidates if one.gain > most - max(ALSO, SHARE * most)]
         tried = [fitted(coarse, _with_flat(values, one, RADIUS in first), "fresh", first, steps=5) for one in worth]
         start = min(tried, key=lambda one: one.chi).values
         starts = {shape: {**start, LENGTH: longer * start[LENGTH]} for shape, longer in LONGER.items()}
@@ -225,7 +220,7 @@ def _sized(
     flawless = fitted(
         _weighed(fine, values, best.values, best.shape), values, best.shape, (FORCE, ADVANCE, SPEED), steps=2
     )
-    sized = Sized(fits, flawless.chi - best.chi, tuple(places), runs.count)
+    sized = Sized(fits, flawless.chi - best.chi, seen, runs.count)
     return sized if sized.best is None else replace(sized, shown=_shown(runs, sized.best))
 
 
@@ -263,7 +258,7 @@ def _problem(
     stiffness = contact_stiffness(values[CONTACT], values[FORCE])
     rough = rough_columns(band, responses, stiffness, values[MASS])
     weights = Weights(band.deviations(deviation or band.noise), rough)
-    return Problem(runs, band, Changes(band, responses), weights, rough, values, spread, gain_spread)
+    return Problem(runs, band, responses, Changes(band, responses), weights, rough, values, spread, gain_spread)
 
 
 def _responses(passing: Passing, scene: Scenario) -> Responses:

@@ -122,3 +122,25 @@ class Weights:
     def logarithm(self) -> float:
         """Logarithm of the determinant of the covariance, but for a constant."""
         return float(2.0 * (np.log(np.diag(self._held[0])).sum() + np.log(self.deviations).sum()))
+
+
+class Freed:
+    """Weights of readings from which what is free besides has been taken: gains, zero lines, arrival, speed.
+
+    Parameters
+    ----------
+    weights
+        Of the readings.
+    free
+        Columns of readings, over their deviations, (readings, columns).
+    """
+
+    def __init__(self, weights: Weights, free: FloatArray) -> None:
+        self._weights, self._free = weights, free
+        self._tied = weights.weighed(free)
+        self._inverse = np.linalg.inv(free.T @ self._tied + 1e-6 * np.eye(free.shape[1]))
+
+    def weighed(self, over: FloatArray) -> FloatArray:
+        """Return the inverse of the covariance, with what is free in it, times readings over their deviations."""
+        held = self._weights.weighed(over)
+        return np.asarray(held - self._tied @ (self._inverse @ (self._free.T @ held)))

@@ -22,17 +22,8 @@ from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.gauges.finding import WheelFinding
 from wheeltapper.diagnosis.gauges.known import Known, known_of
 from wheeltapper.diagnosis.gauges.passing import LENGTH, SPEED, Passing, Runs
-from wheeltapper.diagnosis.gauges.scan import Candidate, Scan
-from wheeltapper.diagnosis.gauges.sizing import (
-    CANDIDATES,
-    FIRST_NOISE,
-    SCREENED,
-    Sized,
-    doubt_of,
-    scan_of,
-    sized_flat,
-    values_of,
-)
+from wheeltapper.diagnosis.gauges.scan import SCREENED, Scan, Seen
+from wheeltapper.diagnosis.gauges.sizing import FIRST_NOISE, Sized, doubt_of, scan_of, sized_flat, values_of
 from wheeltapper.diagnosis.wayside.channels import Channel
 from wheeltapper.diagnosis.wayside.deck import Diagnosed
 from wheeltapper.diagnosis.wayside.measured import Measured
@@ -202,8 +193,8 @@ class Wheels:
         used &= self._beside_gauges(x)
         return replace(self._passing(axle, x, readings, used), doubt=doubt)
 
-    def places(self, passing: Passing) -> list[Candidate]:
-        """Return where a flat may be on a wheel, the most likely place first."""
+    def look(self, passing: Passing) -> Seen:
+        """Return what a wheel's readings show, by a scan of wheels alike."""
         speed, force = passing.speed, passing.static_force
         key = round(np.log(speed) / SPEEDS), round(np.log(force) / LOADS)
         if key not in self._scans:
@@ -219,7 +210,7 @@ class Wheels:
         used = passing.used[near] & inside[:, None]
         if passing.doubt is not None:
             used &= passing.doubt[near] < FIRST_NOISE
-        return scan.candidates(readings, used, CANDIDATES, share)
+        return scan.seen(readings, used, share)
 
     def keep(self, axle: int, sized: Sized) -> None:
         """Let neighbours know the flat of a wheel."""
@@ -316,25 +307,25 @@ def with_sizes(found: Measured, site: Site, which: Diagnosed) -> Measured:
 
 def _findings(wheels: Wheels, which: Diagnosed, struck: set[int]) -> dict[int, WheelFinding]:
     """Return what is found of wheels, by axle: the most conspicuous ones first, since they are felt by others."""
-    seen = {axle: wheels.passing(axle) for axle in range(len(wheels.forces)) if wheels.is_whole(axle)}
-    places = {axle: wheels.places(passing) for axle, passing in seen.items()}
-    asked = [axle for axle in seen if which == "all" or axle in struck or places[axle][0].gain >= SCREENED]
+    passings = {axle: wheels.passing(axle) for axle in range(len(wheels.forces)) if wheels.is_whole(axle)}
+    seen = {axle: wheels.look(passing) for axle, passing in passings.items()}
+    asked = [axle for axle in seen if which == "all" or axle in struck or seen[axle].gain >= SCREENED]
     out: dict[int, WheelFinding] = {}
     told: dict[int, dict[int, float]] = {}
     for _ in range(PASSES):  # more than once where wheels feel each other's flats
-        for axle in sorted(asked, key=lambda axle: -places[axle][0].gain):
+        for axle in sorted(asked, key=lambda axle: -seen[axle].gain):
             beside = wheels.lengths_beside(axle)
             if axle in told and not _has_changed(told[axle], beside):
                 continue
             if beside:
-                seen[axle] = wheels.passing(axle)
-                places[axle] = wheels.places(seen[axle])
+                passings[axle] = wheels.passing(axle)
+                seen[axle] = wheels.look(passings[axle])
             told[axle] = beside
-            before, own = out.get(axle), wheels.rail
+            before, rail = out.get(axle), wheels.rail
             sized = sized_flat(
-                seen[axle], own.known, own.gain_spread, places[axle], None if before is None else before.sized
+                passings[axle], rail.known, rail.gain_spread, seen[axle], None if before is None else before.sized
             )
-            out[axle] = WheelFinding(sized, seen[axle])
+            out[axle] = WheelFinding(sized, passings[axle])
             wheels.keep(axle, sized)
     return out
 
