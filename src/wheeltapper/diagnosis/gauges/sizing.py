@@ -53,8 +53,8 @@ TOLD = 60.0
 """Fresh and rounded flats are told from each other where χ² differs by so much, over the reduced χ² of the better one.
 Of a fresh flat of 29 mm at 30 m/s, with roughness, the rounded one was better by 37."""
 HOPELESS = 600.0
-"""A shape whose χ² is so much more, over the reduced χ², before values of the track are fitted is not fitted further:
-the difference fell by 260 in the median then, and to no less than 0.37 of itself."""
+"""A shape that begins with the track that was fitted with the other one, and whose χ² is so much more, over the reduced
+χ², is not fitted further."""
 FINER = 4
 """Forces of a fitted wheel are told so many times a sample."""
 LONGER = {"fresh": 1.0, "rounded": 1.3}
@@ -204,11 +204,14 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen |
     begun = {}
     for shape, begin in starts.items():
         begun[shape] = fitted(_weighed(fine, values, begin, shape), begin, shape, first, steps=5)
-    least = min(begun.values(), key=lambda one: one.misfit)
-    hopeless = least.misfit + HOPELESS * max(1.0, least.chi / least.readings)
     fits, of_track = dict[str, Fit](), dict[str, FloatArray]()
     for shape, fit in sorted(begun.items(), key=lambda one: one[1].misfit):
-        for _ in range(ROUNDS if fit.misfit < hopeless else 0):
+        rounds = ROUNDS
+        for one in fits.values():  # the other shape begins where the better one has come to
+            begin = {**one.values, LENGTH: one.values[LENGTH] * LONGER[shape] / LONGER[one.shape]}
+            fit = fitted(_weighed(fine, values, begin, shape), begin, shape, first, steps=5)
+            rounds = 0 if fit.misfit > one.misfit + HOPELESS * max(1.0, one.chi / one.readings) else ROUNDS
+        for _ in range(rounds):
             weighed = _weighed(fine, values, fit.values, shape)
             fit = fitted(weighed, fit.values, shape, (*first, *own), track, known={**fit.columns, **of_track})
             if fit.chi < UNSETTLED * fit.readings:
