@@ -13,6 +13,7 @@ from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
 from wheeltapper.diagnosis.gauges.orders import OutOfRound
 from wheeltapper.diagnosis.gauges.passing import FORCE, LENGTH, POSITION, SPEED, Passing
 from wheeltapper.diagnosis.gauges.sizing import NAMES, Sized
+from wheeltapper.ground.shown import Shown
 
 EXPLAINED = 2.0
 """The largest χ² of a reading that a model leaves. Flats from another program, on another track, left 0.96 to 1.25."""
@@ -22,8 +23,8 @@ INTERVAL = 1.645
 """Half of an interval of 90 %, in standard deviations."""
 
 
-@dataclass(frozen=True, eq=False)
-class WheelFinding:
+@dataclass(frozen=True, eq=False, repr=False)
+class WheelFinding(Shown):
     """What gauges show of one wheel.
 
     Attributes
@@ -89,6 +90,9 @@ class WheelFinding:
             length, half = fit.values[LENGTH], INTERVAL * self.sized.deviation(shape)
             out[NAMES[shape]] = length, (length - half, length + half)
         return out
+
+    def __repr__(self) -> str:
+        return f"<WheelFinding: {self}>"
 
     def __str__(self) -> str:
         """Return one or two sentences."""

@@ -3,7 +3,7 @@
 Each wheel is cut out of the channels of its rail. What the other wheels' loads do there is taken away, and once a flat
 is known also what that does to its neighbours. Wheels of like speed and load are looked through together.
 
-Theory: docs/theory/gauges.rst, section 16.5.
+Theory: docs/theory/gauges.rst, section 16.6.
 """
 
 from __future__ import annotations
