@@ -58,13 +58,13 @@ class OutOfRound(NamedTuple):
     @property
     def known(self) -> list[int]:
         """Orders whose amplitudes are known to a quarter of them."""
-        return (np.flatnonzero(self.deviations < KNOWN * self.amplitudes) + 1).tolist()
+        return [int(one) + 1 for one in np.flatnonzero(self.deviations < KNOWN * self.amplitudes)]
 
     @property
     def unknown(self) -> list[int]:
         """Orders of which the readings say little: less than twice what was known before."""
         orders = np.arange(1, len(self.deviations) + 1)
-        return orders[self.deviations > 0.5 * USUAL / orders].tolist()
+        return [int(one) for one in orders[self.deviations > 0.5 * USUAL / orders]]
 
 
 class Orders:

@@ -46,7 +46,7 @@ def rough_columns(band: Band, responses: Responses, stiffness: float, mass: floa
     known = np.maximum(below, 1.0 / density.known[1])
     amplitude = np.sqrt(density.variance_between(known, known + width) * 10.0 ** (0.1 * added))
     columns = wave_columns(band, responses, stiffness, mass, below + 0.5 * width)
-    return columns * np.tile(amplitude, 2)
+    return np.asarray(columns * np.tile(amplitude, 2))
 
 
 def wave_columns(band: Band, responses: Responses, stiffness: float, mass: float, number: FloatArray) -> FloatArray:

@@ -139,8 +139,8 @@ class Scan:
         """
         beside = self.band.smooth(readings) - share * self.level
         left = self.weights.over(self.band.taken(np.where(used, beside, 0.0)))
-        beside = float(left @ self._freed.weighed(left)) / self.band.taken(used).sum()
-        return Seen(self._candidates(left), self.orders.found(left), self.smallest, beside)
+        reduced = float(left @ self._freed.weighed(left)) / (used & self.band.picked).sum()
+        return Seen(self._candidates(left), self.orders.found(left), self.smallest, float(reduced))
 
     def _candidates(self, left: FloatArray) -> tuple[Candidate, ...]:
         """Return the places at which a fresh flat explains most of what is left, the best first."""
