@@ -68,18 +68,20 @@ def worn_flat(length, first):
 class Wheel:
     """A wheel: its static force, N, the seed of its roughness (None: smooth), its flat's length and place, m.
 
-    `worn`: the flat is one that wear has rounded.
+    `worn`: the flat is one that wear has rounded. `waves` are orders of the circumference with amplitude, m, and phase.
     """
 
     load: float
     seed: int | None = None
     flat: tuple[float, float] | None = None
     worn: bool = False
+    waves: tuple[tuple[int, float, float], ...] = ()
 
     def path(self, x):
         """Return the height of the path of its centre at places, m, upwards."""
         rough = 0.0 * x if self.seed is None else roughness(self.seed)(x)
         shape = worn_flat if self.worn else flat
+        rough = rough + sum(size * np.cos(order * x / RADIUS + phase) for order, size, phase in self.waves)
         return rough + (0.0 if self.flat is None else shape(*self.flat)(x))
 
 

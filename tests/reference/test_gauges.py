@@ -22,11 +22,13 @@ from tests.wayside import (
     Wheel,
 )
 from wheeltapper.diagnosis.gauges.changes import Changes
+from wheeltapper.diagnosis.gauges.finding import WheelFinding
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
 from wheeltapper.diagnosis.gauges.responses import responses_of
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
 from wheeltapper.diagnosis.gauges.sizing import Known, sized_flat
 from wheeltapper.diagnosis.gauges.weighing import band_of
+from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.track.section import section_of
 
 RATE, NOISE, SHEAR, TURN = 5e3, 500.0, 2.43e8, 2.0 * np.pi * RADIUS
@@ -164,3 +166,25 @@ def test_wheels_without_a_flaw_have_no_flat():
         assert found.verdict == "healthy"
         assert found.best is None
         assert found.runs < 10
+
+
+def test_a_wheel_that_is_out_of_round_is_told_with_its_orders():
+    waves = ((12, 6e-5, 1.0), (15, 5e-5, 2.0))
+    x, readings = passages(20.0, (Wheel(7e4, seed=9, waves=waves), Wheel(7e4, seed=9)))
+    finding, sound = (
+        WheelFinding(sized_flat(passing, known, np.full(len(PAIRS), 0.05)), passing, known)
+        for passing, known in ((passing_of(x, one, 20.0, 7e4, 5), Known(SCENE, SPREAD)) for one in readings)
+    )
+    assert finding.verdict == "out of round"
+    assert finding.out_of_round.known == [12, 15]
+    for order, size, phase in waves:
+        assert finding.out_of_round.amplitudes[order - 1] == pytest.approx(size, rel=0.25)
+        moved = finding.out_of_round.phases[order - 1] - phase - order * finding.out_of_round.place / RADIUS
+        assert abs((moved + np.pi) % (2.0 * np.pi) - np.pi) < 0.6
+    assert 1 in finding.out_of_round.unknown  # it looks like a gain
+    assert "order 12" in str(finding)
+    assert sound.verdict == "healthy"
+    assert sound.out_of_round is None
+    assert 0.01 < sound.unseen[0] <= sound.unseen[1] < 0.025
+    with pytest.raises(InputError, match="found a wheel that is healthy; allowed: one with a flat"):
+        sound.outlook()

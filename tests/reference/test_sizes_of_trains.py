@@ -15,6 +15,7 @@ from wheeltapper.diagnosis.wayside.channels import channels_of
 from wheeltapper.diagnosis.wayside.measure import trains_in
 from wheeltapper.diagnosis.wayside.sizes import Wheels, rails_of
 from wheeltapper.ground.errors import InputError
+from wheeltapper.record.assessment.filtering import low_passed
 
 from .test_gauges import RATE, SHEAR, SPREAD, TRACK
 
@@ -44,13 +45,18 @@ def mirrored(place):
     return place.replaced({"sensors": turned, "track.first_sleeper": -place.track.first_sleeper})
 
 
-@cache
-def recordings(flawed):
-    """Return what the gauges recorded of a wagon, on a track that differs from the site's."""
-    line = Line(
-        [("pair", *one) for one in PAIRS], before=9.5, pad=0.93 * PAD, ballast=1.1 * BALLAST,
+def line_of():
+    """Return a track that differs from the site's in all that is uncertain."""
+    return Line(
+        [("pair", *one) for one in PAIRS], before=14.0, pad=0.93 * PAD, ballast=1.1 * BALLAST,
         pad_damping=1.15 * PAD_DAMPING, shear=SHEAR, per_bay=12, hertz=1.04 * HERTZ,
     )  # fmt: skip
+
+
+@cache
+def recordings(flawed):
+    """Return what the gauges recorded of a wagon, its wheels, and what they did."""
+    line = line_of()
     rng = np.random.default_rng(11)
     wheels = []
     for axle in range(len(AXLES)):
@@ -92,6 +98,12 @@ def test_flats_of_neighbours_are_told_and_sized(tmp_path):
         row = train.table()[axle]
         assert row["model"] == finding["verdict"]
         assert "mm" in row["size"]
+    later = train.wheels[2, None].outlook([30.0]).isel(speed=0, static_force=0)
+    length, _, worn = FLATS[1]
+    faster = line_of().passages([Wheel(wheels[1].load, None, (length, 0.15 * k), worn) for k in range(4)], 30.0, 2e4)
+    below = [low_passed(force, 2e4, 500.0).max() for force in faster.forces]
+    assert later.largest_force.sel(quantile="median") == pytest.approx(faster.forces.max(axis=1).mean(), rel=0.12)
+    assert later.largest_below_500.sel(quantile="median") == pytest.approx(np.mean(below), rel=0.08)
     healthy = train.axles[0]["wheels"][0].get("finding", {"verdict": "healthy"})
     assert healthy["verdict"] == "healthy"
     json.dumps(train.to_dict())

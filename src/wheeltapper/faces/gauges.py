@@ -1,4 +1,4 @@
-"""Pictures of wheels to which a model was fitted: gauges against model, what is left, and the force on the rail."""
+"""Pictures of wheels to which a model was fitted: gauges against model, what is left, the force, and peaks to come."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wheeltapper.diagnosis.alarms import PEAKS
+from wheeltapper.diagnosis.finding import NOT_EXPLAINED
 from wheeltapper.diagnosis.gauges.finding import WheelFinding
 from wheeltapper.diagnosis.gauges.sizing import HIGHEST
 from wheeltapper.faces.panels import BLUE, RED, legend_above
@@ -37,8 +38,10 @@ def draw_wheel(figure: Figure, finding: WheelFinding) -> None:
         axis.set(xlabel="place of the wheel along the track [m]", ylabel="gauges [kN]")
         axis.set_title(str(finding))
         return
-    figure.set_size_inches(9.0, 7.5)
-    gauges, left, force = figure.subplots(3, 1, sharex=True, height_ratios=(2, 1, 2))
+    figure.set_size_inches(9.0, 10.0)
+    gauges, left, force, later = figure.subplots(4, 1, height_ratios=(2, 1, 2, 1.6))
+    for axis in (gauges, left):
+        axis.sharex(force)
     model = np.where(passing.used, low_passed(shown.read, passing.rate, cutoff), np.nan)
     for number, (one, other) in enumerate(zip(recorded.T, model.T, strict=True)):
         names = ("", "") if number else (f"gauges, below {cutoff:g} Hz", "model")
@@ -60,3 +63,13 @@ def draw_wheel(figure: Figure, finding: WheelFinding) -> None:
     gauges.set_title(str(finding))
     legend_above(gauges, 2)
     legend_above(force, 3)
+    if finding.verdict == NOT_EXPLAINED:
+        later.set_visible(False)
+        return
+    outlook = finding.outlook()
+    for name, colour, words in (("largest_force", "0.4", "raw"), ("largest_below_500", BLUE, f"below {PEAKS:g} Hz")):
+        low, median, high = (1e-3 * outlook[name].sel(quantile=one).values[:, 0] for one in ("low", "median", "high"))
+        later.plot(outlook.speed, median, color=colour, label=f"{words}, nine of ten within")
+        later.fill_between(outlook.speed, low, high, color=colour, alpha=0.2, linewidth=0.0)
+    later.set(xlabel="speed [m/s]", ylabel="peak to come [kN]", ylim=(0.0, None))
+    legend_above(later, 2)

@@ -4,21 +4,32 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import exp
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
 from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
+from wheeltapper.diagnosis.gauges.known import Known
 from wheeltapper.diagnosis.gauges.orders import OutOfRound
+from wheeltapper.diagnosis.gauges.outlook import outlook
 from wheeltapper.diagnosis.gauges.passing import FORCE, LENGTH, POSITION, SPEED, Passing
 from wheeltapper.diagnosis.gauges.sizing import NAMES, Sized
+from wheeltapper.ground.arguments import as_quantity
+from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.shown import Shown
+from wheeltapper.record.arrays import as_array
 
-EXPLAINED = 2.0
-"""The largest χ² of a reading that a model leaves. Flats from another program, on another track, left 0.96 to 1.25."""
+if TYPE_CHECKING:
+    import xarray as xr
+
+EXPLAINED = 3.0
+"""The largest χ² of a reading that a model leaves. Flats from another program, on another track, left 0.9 to 1.7."""
 TEMPER = 10.0
 """Differences of χ² count this part of themselves in probabilities: the model errs by more than noise does."""
+SPEEDS = (10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0)
+"""At which peaks are told if none are asked for, m/s."""
 INTERVAL = 1.645
 """Half of an interval of 90 %, in standard deviations."""
 
@@ -33,12 +44,15 @@ class WheelFinding(Shown):
         The fitted flats.
     passing
         What was recorded of the wheel.
+    known
+        Of the site's track and its wheels.
     notes
         What a user should know.
     """
 
     sized: Sized
     passing: Passing
+    known: Known
     notes: tuple[str, ...] = ()
 
     @property
@@ -114,6 +128,67 @@ class WheelFinding(Shown):
         for name in self.sized.alike:
             said += f"; not excluded: {name}, {1e3 * self.sizes[name][0]:.1f} mm"
         return said
+
+    def outlook(
+        self, speeds: ArrayLike = SPEEDS, static_forces: ArrayLike | None = None
+    ) -> xr.Dataset:  # fmt: skip
+        """Return the peaks that the wheel will make at other speeds and loads.
+
+        Parameters
+        ----------
+        speeds
+            m/s, or as "80 km/h".
+        static_forces
+            Of the wheel, N or as "90 kN"; by default as it was.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over `speed`, `static_force` and `quantile` ("low", "median", "high": 5, 50 and 95 % of what the fit and the
+            place of the strike in a bay leave open): largest_force and largest_below_500, N.
+
+        Raises
+        ------
+        InputError
+            If the wheel has no flat that explains its readings.
+        """
+        best = self.sized.best
+        if best is None or self.verdict == NOT_EXPLAINED:
+            raise InputError("", "", f"a wheel that is {self.verdict}", "one with a flat")
+        forces = [best.values[FORCE]] if static_forces is None else static_forces
+        asked = [
+            np.atleast_1d(as_array(values, name, "numbers", kind))
+            for values, name, kind in ((speeds, "speeds", "speed"), (forces, "static_forces", "force"))
+        ]
+        return outlook(self.known.scene, best, self.sized.deviation(best.shape), *asked)
+
+    def breaking_speed(
+        self, limit: float | str, *, below_500: bool = False, static_force: float | str | None = None
+    ) -> dict[str, float | None]:
+        """Return the lowest speed at which the wheel's peak will be more than a limit, m/s; None: none up to 40 m/s.
+
+        Parameters
+        ----------
+        limit
+            Of one wheel's force, N or as "350 kN".
+        below_500
+            Whether it is a limit below 500 Hz.
+        static_force
+            Of the wheel, as for `outlook`.
+
+        Returns
+        -------
+        dict
+            Of the median peak, and of the "high" and "low" ones, between which nine of ten lie.
+        """
+        most = as_quantity(limit, "limit", "force")
+        peaks = self.outlook(static_forces=static_force)["largest_below_500" if below_500 else "largest_force"]
+        speeds = np.linspace(SPEEDS[0], SPEEDS[-1], 301)
+        out: dict[str, float | None] = {}
+        for name in peaks["quantile"].values.tolist():
+            over = np.interp(speeds, SPEEDS, peaks.sel(quantile=name).values[:, 0]) > most
+            out[name] = float(speeds[np.argmax(over)]) if over.any() else None
+        return out
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but samples, in SI units."""

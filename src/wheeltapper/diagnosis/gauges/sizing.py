@@ -192,18 +192,16 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen |
     if seen.candidates[0].gain < SCREENED or not seen.is_round:
         return Sized({}, seen.gain, seen, runs.count)
     first = (LENGTH, POSITION, *[path for path in known.spread if path == RADIUS], FORCE, ADVANCE, SPEED)
-    if before is not None and before.fits:
-        starts = {shape: fit.values for shape, fit in before.fits.items()}
-    else:
+    fine = _problem(runs, values, known.spread, gain_spread, min(HIGHEST, passing.highest))
+    begun = {} if before is None else {shape: fit._replace(columns={}) for shape, fit in before.fits.items()}
+    if not begun:
         most = seen.candidates[0].gain
         worth = [one for one in seen.candidates if one.gain > most - max(ALSO, SHARE * most)]
         tried = [fitted(coarse, _with_flat(values, one, RADIUS in first), "fresh", first, steps=5) for one in worth]
         start = min(tried, key=lambda one: one.chi).values
-        starts = {shape: {**start, LENGTH: longer * start[LENGTH]} for shape, longer in LONGER.items()}
-    fine = _problem(runs, values, known.spread, gain_spread, min(HIGHEST, passing.highest))
-    begun = {}
-    for shape, begin in starts.items():
-        begun[shape] = fitted(_weighed(fine, values, begin, shape), begin, shape, first, steps=5)
+        for shape, longer in LONGER.items():
+            begin = {**start, LENGTH: longer * start[LENGTH]}
+            begun[shape] = fitted(_weighed(fine, values, begin, shape), begin, shape, first, steps=5)
     fits, of_track = dict[str, Fit](), dict[str, FloatArray]()
     for shape, fit in sorted(begun.items(), key=lambda one: one[1].misfit):
         rounds = ROUNDS
@@ -277,10 +275,10 @@ def _weighed(problem: Problem, flawless: Mapping[str, float], values: Mapping[st
     """Return a problem with weights that allow for error of the model where a flat has readings of its own."""
     band, runs = problem.band, problem.runs
     own = band.smooth(runs.readings(values, shape) - runs.readings(flawless, "fresh"))
-    error = band.taken(doubt_of(own, band.passing.rate))
+    error = MODEL_ERROR * band.taken(size_of(own, band.passing.rate))
     return problem._replace(weights=Weights(np.hypot(band.deviations(band.noise), error), problem.rough))
 
 
-def doubt_of(flat: FloatArray, rate: float) -> FloatArray:
-    """Return the standard deviation of the model's readings of a flat, N, (samples, sensors)."""
-    return np.asarray(MODEL_ERROR * uniform_filter1d(np.abs(flat), max(3, round(SMOOTHED * rate)), axis=0))
+def size_of(readings: FloatArray, rate: float) -> FloatArray:
+    """Return the size of readings around each sample, N, (samples, sensors)."""
+    return np.asarray(uniform_filter1d(np.abs(readings), max(3, round(SMOOTHED * rate)), axis=0))

@@ -23,7 +23,7 @@ from wheeltapper.diagnosis.gauges.finding import WheelFinding
 from wheeltapper.diagnosis.gauges.known import Known, known_of
 from wheeltapper.diagnosis.gauges.passing import LENGTH, SPEED, Passing, Runs
 from wheeltapper.diagnosis.gauges.scan import SCREENED, Scan, Seen
-from wheeltapper.diagnosis.gauges.sizing import FIRST_NOISE, Sized, doubt_of, scan_of, sized_flat, values_of
+from wheeltapper.diagnosis.gauges.sizing import FIRST_NOISE, Sized, scan_of, size_of, sized_flat, values_of
 from wheeltapper.diagnosis.wayside.channels import Channel
 from wheeltapper.diagnosis.wayside.deck import Diagnosed
 from wheeltapper.diagnosis.wayside.measured import Measured
@@ -33,18 +33,21 @@ from wheeltapper.diagnosis.wayside.wheels import Side
 from wheeltapper.record.assessment.filtering import low_passed
 
 FloatArray = NDArray[np.float64]
-BEYOND, REACH = 1.4, 4.0
+BEYOND, REACH = 1.4, 9.0
 """A wheel is fitted from so far before the first gauge to so far behind the last one, m; others are felt from as far as
 the second."""
 OWN, OTHERS = 0.06, 0.15
 """What a gauge reads is left out while the wheel is so near to it, m, and while another wheel is between the pair's
 gauges or so near to them."""
+TRAVELLED = 0.15
+"""Error of what flats of other wheels do to a pair, over that: it comes through some metres of track."""
 OFF = 0.05
 """Error of what other wheels' loads do to a pair, over that: of the track, of gains, and of what is rough."""
 RATE, LOWEST = 5000.0, 1200.0
 """Channels are taken at about this rate, Hz; none of less than the other is fitted."""
-PASSES, CHANGED = 4, 5e-4
-"""Wheels are fitted at most so often, again if a flat that they feel has changed by so much, m."""
+PASSES, CHANGED, BETTER = 4, 5e-4, 0.2
+"""Wheels are fitted at most so often: again if a flat that they feel has changed by so much, m, or the reduced χ² of
+its fit by this part."""
 RINGING, QUIET = (200.0, 500.0), (0.28, 0.44)
 """Bands in which channels show their noise, Hz, and over their rate: between them rails on seats ring, near 1 kHz."""
 SUREST = 1e-4
@@ -149,15 +152,16 @@ class Wheels:
         What was recorded, and the axles.
     forces
         Static force of each wheel, N; NaN where it is unknown.
-    beside, lengths
-        What flats of wheels that were fitted do to the channels, N, (samples, sensors), and their lengths, m; by axle.
+    beside, flats
+        What flats of wheels that were fitted do to the channels, N, (samples, sensors); and their lengths, m, with the
+        reduced χ² of the fit. By axle.
     """
 
     rail: Rail
     passage: Passage
     forces: FloatArray
     beside: dict[int, tuple[slice, FloatArray]] = field(default_factory=dict)
-    lengths: dict[int, float] = field(default_factory=dict)
+    flats: dict[int, tuple[float, float]] = field(default_factory=dict)
     _scans: dict[tuple[int, int], Scan] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
@@ -189,7 +193,7 @@ class Wheels:
                 if both.stop > both.start:
                     here = slice(both.start - window.start, both.stop - window.start)
                     readings[here] -= flat[part]
-                    doubt[here] = np.hypot(doubt[here], doubt_of(flat[part], rail.rate))
+                    doubt[here] = np.hypot(doubt[here], TRAVELLED * size_of(flat[part], rail.rate))
         used &= self._beside_gauges(x)
         return replace(self._passing(axle, x, readings, used), doubt=doubt)
 
@@ -217,7 +221,7 @@ class Wheels:
         best = sized.best
         if best is None:
             self.beside.pop(axle, None)
-            self.lengths.pop(axle, None)
+            self.flats.pop(axle, None)
             return
         (window, _), (own, times) = self._window(axle, BEYOND + REACH), self._window(axle, BEYOND)
         earlier = best.values[SPEED] * (own.start - window.start) / self.rail.rate
@@ -225,7 +229,8 @@ class Wheels:
         wide = self._passing(axle, x, self.rail.forces[window], ~self.rail.missing[window])
         runs = Runs(wide, self.rail.known.scene)
         flat = runs.readings(best.values, best.shape) - runs.readings({**best.values, LENGTH: 0.0}, best.shape)
-        self.beside[axle], self.lengths[axle] = (window, flat * best.gains), best.values[LENGTH]
+        self.beside[axle] = window, flat * best.gains
+        self.flats[axle] = best.values[LENGTH], best.chi / best.readings
 
     def is_whole(self, axle: int) -> bool:
         """Return whether a wheel was recorded from before the first gauge to behind the last, and weighed."""
@@ -234,9 +239,9 @@ class Wheels:
         apart = (last - first) / float(self.speeds[axle]) * self.rail.rate
         return bool(np.isfinite(self.forces[axle])) and len(times) >= apart - 1.0
 
-    def lengths_beside(self, axle: int) -> dict[int, float]:
-        """Return the lengths of flats that a wheel feels, m, by axle."""
-        return {one: self.lengths[one] for one in self.neighbours(axle) if one in self.lengths}
+    def flats_beside(self, axle: int) -> dict[int, tuple[float, float]]:
+        """Return the flats that a wheel feels, by axle."""
+        return {one: self.flats[one] for one in self.neighbours(axle) if one in self.flats}
 
     def neighbours(self, axle: int) -> list[int]:
         """Return the axles that are near enough to feel each other's flats."""
@@ -311,10 +316,10 @@ def _findings(wheels: Wheels, which: Diagnosed, struck: set[int]) -> dict[int, W
     seen = {axle: wheels.look(passing) for axle, passing in passings.items()}
     asked = [axle for axle in seen if which == "all" or axle in struck or seen[axle].gain >= SCREENED]
     out: dict[int, WheelFinding] = {}
-    told: dict[int, dict[int, float]] = {}
+    told: dict[int, dict[int, tuple[float, float]]] = {}
     for _ in range(PASSES):  # more than once where wheels feel each other's flats
         for axle in sorted(asked, key=lambda axle: -seen[axle].gain):
-            beside = wheels.lengths_beside(axle)
+            beside = wheels.flats_beside(axle)
             if axle in told and not _has_changed(told[axle], beside):
                 continue
             if beside:
@@ -325,14 +330,19 @@ def _findings(wheels: Wheels, which: Diagnosed, struck: set[int]) -> dict[int, W
             sized = sized_flat(
                 passings[axle], rail.known, rail.gain_spread, seen[axle], None if before is None else before.sized
             )
-            out[axle] = WheelFinding(sized, passings[axle])
+            out[axle] = WheelFinding(sized, passings[axle], rail.known)
             wheels.keep(axle, sized)
     return out
 
 
-def _has_changed(before: Mapping[int, float], now: Mapping[int, float]) -> bool:
-    """Return whether flats of neighbours have become others."""
-    return before.keys() != now.keys() or any(abs(now[one] - before[one]) > CHANGED for one in now)
+def _has_changed(before: Mapping[int, tuple[float, float]], now: Mapping[int, tuple[float, float]]) -> bool:
+    """Return whether flats of neighbours have become others, or are explained better or worse."""
+    if before.keys() != now.keys():
+        return True
+    return any(
+        abs(now[one][0] - length) > CHANGED or abs(now[one][1] / reduced - 1.0) > BETTER
+        for one, (length, reduced) in before.items()
+    )
 
 
 def _is_unsteady(passage: Passage) -> bool:
