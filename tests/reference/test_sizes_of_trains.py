@@ -14,6 +14,7 @@ from wheeltapper.diagnosis.gauges.known import known_of
 from wheeltapper.diagnosis.wayside.channels import channels_of
 from wheeltapper.diagnosis.wayside.measure import trains_in
 from wheeltapper.diagnosis.wayside.sizes import Wheels, rails_of
+from wheeltapper.faces.cli import main
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.assessment.filtering import low_passed
 
@@ -168,3 +169,36 @@ def test_models_are_refused_where_the_site_has_none():
     place = site(track=None, unsprung_mass=None, contact=None, uncertainty={})
     with pytest.raises(InputError, match="'none', or a site with a deck or a `track`"):
         measure_trains(recordings(False)[0], place, diagnosed="all")
+
+
+@pytest.mark.slow
+def test_commands_tell_and_draw_a_flat_that_strikes_beside_the_gauges(tmp_path, capsys):
+    passing = known_of(site()).scene.replaced({
+        "vehicle.load": 6.4e4, "speed": 20.0, "duration": 0.75, "track.first_sleeper": 0.0,
+        "irregularity": [wt.WheelFlat(length=0.035, position=2.81, shape="fresh")],
+    })  # fmt: skip
+    place = site().replaced({
+        "sensors": [one.model_copy(update={"x1": one.x1 + 6.0, "x2": one.x2 + 6.0}) for one in site().sensors],
+    })  # fmt: skip
+    seen, noise = wt.simulate(passing).recordings(place), np.random.default_rng(3)
+    rows = np.column_stack([one.samples + 500.0 * noise.standard_normal(len(one.samples)) for one in seen.values()])
+    (tmp_path / "traffic").mkdir()
+    header = f"rate: {RATE:g} Hz\n" + ",".join(f"{name} [N]" for name in seen)
+    np.savetxt(tmp_path / "traffic" / "one.csv", rows, header=header, fmt="%.6g", delimiter=",")
+    place.to_toml(tmp_path / "site.toml")
+    given = ["--site", str(tmp_path / "site.toml"), "--output"]
+    assert main(["diagnose", str(tmp_path / "traffic" / "one.csv"), *given, str(tmp_path / "found")]) == 0
+    assert "axle 1: wheel flat" in capsys.readouterr().out
+    assert (tmp_path / "found" / "one-axle-1.png").exists()
+    told = json.loads((tmp_path / "found" / "one.json").read_text())["axles"][0]["wheels"][0]
+    assert told["finding"]["size"] == pytest.approx(0.035, abs=1.5e-3)
+    strikes = [2.81 + 2.0 * np.pi * RADIUS * turn for turn in (1, 2)]
+    assert all(not 6.1 < x < 8.3 for x in strikes)  # no pair of gauges sees one
+    one = [*given, str(tmp_path / "pages"), "--diagnosed", "suspicious", "--workers", "1"]
+    assert main(["report", str(tmp_path / "traffic"), *one]) == 0
+    page = next((tmp_path / "pages").glob("one*.html")).read_text()
+    assert "flaw by the model" in page
+    assert "By a model of wheel and track: wheel flat" in page
+    assert page.count("data:image/svg+xml") == 2  # what the gauges read, and the model
+    assert main(["diagnose", str(tmp_path / "traffic" / "one.csv"), *given, str(tmp_path / "f"), "--train"]) == 2
+    assert "--train: found given, with a site that states a track" in capsys.readouterr().err
