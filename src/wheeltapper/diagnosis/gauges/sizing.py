@@ -61,7 +61,7 @@ LONGER = {"fresh": 1.0, "rounded": 1.3}
 """Length of a flat over that of the fresh one that is most like it."""
 
 
-class Shown(NamedTuple):
+class ModelPassage(NamedTuple):
     """What a fitted wheel does while it passes the sensors.
 
     Attributes
@@ -105,7 +105,7 @@ class Sized:
     gain: float
     seen: Seen
     runs: int
-    shown: Shown | None = None
+    shown: ModelPassage | None = None
 
     @property
     def best(self) -> Fit | None:
@@ -225,7 +225,7 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen |
     return sized if sized.best is None else replace(sized, shown=_shown(runs, sized.best))
 
 
-def _shown(runs: Runs, fit: Fit) -> Shown:
+def _shown(runs: Runs, fit: Fit) -> ModelPassage:
     """Return what a fitted wheel does."""
     passing, record = runs.passing, runs.record(fit.values, fit.shape)
     rate, first = FINER * passing.rate, passing.lead / passing.rate
@@ -237,7 +237,7 @@ def _shown(runs: Runs, fit: Fit) -> Shown:
     x = np.asarray(passing.place + fit.values[ADVANCE] + fit.values[SPEED] * np.arange(len(window)) / rate)
     largest = max(float(window.max()), float(peaks.max(initial=0.0)))
     below = float(low_passed(force, rate, PEAKS)[begins:].max())
-    return Shown(x, window, largest, below, fit.told(runs.readings(fit.values, fit.shape)))
+    return ModelPassage(x, window, largest, below, fit.told(runs.readings(fit.values, fit.shape)))
 
 
 def _with_flat(values: Mapping[str, float], one: Candidate, worn: bool) -> dict[str, float]:
