@@ -1,6 +1,7 @@
 """Flats of a train's wheels, told and sized by a site with a track, on recordings of finite elements."""
 
 import json
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -110,6 +111,16 @@ def test_flats_of_neighbours_are_told_and_sized(tmp_path):
     json.dumps(train.to_dict())
     wt.plot(train.wheels[2, None], tmp_path / "wheel.svg")
     assert "mm long" in str(train.wheels[2, None])
+
+
+def test_a_train_without_a_steady_speed_is_told():
+    cut = {
+        name: replace(one, samples=one.samples[:6000], clipped=one.clipped[:6000])
+        for name, one in recordings(False)[0].items()
+    }
+    (train,) = measure_trains(cut, site(), diagnosed="all")
+    assert any("does not keep its speed" in note for note in train.notes)
+    assert all("finding" not in axle["wheels"][0] for axle in train.axles)
 
 
 def test_a_train_that_runs_the_other_way_is_the_same_for_the_model():

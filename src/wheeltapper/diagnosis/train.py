@@ -264,8 +264,9 @@ def _size_text(entry: Mapping[str, Any]) -> str:
     size, unit = entry.get("size"), entry.get("size_unit", "")
     if size is not None and entry.get("size_interval"):
         half = 0.5 * (entry["size_interval"][1] - entry["size_interval"][0])
-        others = [f"{name} {1e3 * entry['sizes'][name]['size']:.1f} mm" for name in entry["alike"]]
-        return ", or ".join([f"{1e3 * size:.1f} ± {1e3 * half:.1f} mm", *others])
+        factor, name = (1e3, "mm") if size >= 1e-3 else (1e6, "um")
+        others = [f"{other} {factor * entry['sizes'][other]['size']:.1f} {name}" for other in entry["alike"]]
+        return ", or ".join([f"{factor * size:.1f} ± {factor * half:.1f} {name}", *others])
     interval = [end for end in entry.get("size_interval_90", ()) if end is not None]
     return " to ".join(_with_unit(value, unit) for value in (interval if size is None else [size]))
 

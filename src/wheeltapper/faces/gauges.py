@@ -28,13 +28,13 @@ def draw_wheel_finding(finding: WheelFinding) -> Figure:
 
 def draw_wheel(figure: Figure, finding: WheelFinding) -> None:
     """Draw the finding of a wheel into a figure."""
-    passing, shown = finding.passing, finding.sized.shown
+    passing, shown, way = finding.passing, finding.sized.shown, finding.direction
     cutoff = min(HIGHEST, passing.highest)
     recorded = np.where(passing.used, low_passed(passing.readings, passing.rate, cutoff), np.nan)
     if shown is None:
         figure.set_size_inches(9.0, 2.6)
         axis = figure.subplots()
-        axis.plot(passing.x, 1e-3 * recorded, color=BLUE, linewidth=0.8)
+        axis.plot(way * passing.x, 1e-3 * recorded, color=BLUE, linewidth=0.8)
         axis.set(xlabel="place of the wheel along the track [m]", ylabel="gauges [kN]")
         axis.set_title(str(finding))
         return
@@ -45,9 +45,9 @@ def draw_wheel(figure: Figure, finding: WheelFinding) -> None:
     model = np.where(passing.used, low_passed(shown.read, passing.rate, cutoff), np.nan)
     for number, (one, other) in enumerate(zip(recorded.T, model.T, strict=True)):
         names = ("", "") if number else (f"gauges, below {cutoff:g} Hz", "model")
-        gauges.plot(passing.x, 1e-3 * one, color=BLUE, linewidth=1.2, label=names[0])
-        gauges.plot(passing.x, 1e-3 * other, color=RED, linewidth=0.7, label=names[1])
-        left.plot(passing.x, 1e-3 * (one - other), color=BLUE, linewidth=0.6)
+        gauges.plot(way * passing.x, 1e-3 * one, color=BLUE, linewidth=1.2, label=names[0])
+        gauges.plot(way * passing.x, 1e-3 * other, color=RED, linewidth=0.7, label=names[1])
+        left.plot(way * passing.x, 1e-3 * (one - other), color=BLUE, linewidth=0.6)
     gauges.set(ylabel="force [kN]")
     left.set(ylabel="difference [kN]")
     rate = passing.rate * (len(shown.force) / len(passing.readings))
@@ -56,9 +56,11 @@ def draw_wheel(figure: Figure, finding: WheelFinding) -> None:
     )
     below = low_passed(shown.force, rate, PEAKS)
     label = f"below {PEAKS:g} Hz, at most {1e-3 * shown.below:.0f} kN"
-    force.plot(shown.x, 1e-3 * below, color=BLUE, linewidth=0.9, label=label)
+    force.plot(way * shown.x, 1e-3 * below, color=BLUE, linewidth=0.9, label=label)
     for number, one in enumerate(passing.sensors):
-        force.axvspan(one.x1, one.x2, color=RED, alpha=0.12, linewidth=0.0, label="" if number else "between gauges")
+        force.axvspan(
+            way * one.x1, way * one.x2, color=RED, alpha=0.12, linewidth=0.0, label="" if number else "between gauges"
+        )
     force.set(xlabel="place of the wheel along the track [m]", ylabel="force on the rail, by the model [kN]")
     gauges.set_title(str(finding))
     legend_above(gauges, 2)

@@ -46,14 +46,14 @@ class WheelFinding(Shown):
         What was recorded of the wheel.
     known
         Of the site's track and its wheels.
-    notes
-        What a user should know.
+    direction
+        1 or -1: places of `sized`, `passing` and `known` grow the way the train runs, x of the site is this times them.
     """
 
     sized: Sized
     passing: Passing
     known: Known
-    notes: tuple[str, ...] = ()
+    direction: int = 1
 
     @property
     def reduced(self) -> float | None:
@@ -79,7 +79,7 @@ class WheelFinding(Shown):
 
     @property
     def probabilities(self) -> dict[str, float]:
-        """Of "healthy" and of each flat, after the readings; empty where nothing speaks for a flat."""
+        """Of "healthy" and of each flat, after the readings; of the verdict alone where no flat was fitted."""
         best = self.sized.best
         if best is None:
             return {self.verdict: 1.0}
@@ -114,8 +114,9 @@ class WheelFinding(Shown):
             return f"not explained: the nearest model, {self.sized.verdict}, leaves χ² = {self.reduced:.2g} per reading"
         if self.verdict not in self.sizes:
             half, most = (1e3 * length for length in self.unseen)
-            said = f"{self.verdict}: no flat explains the readings; it would be found if it were longer than"
-            return f"{said} {half:.0f} mm on half of the circumference, than {most:.0f} mm on nine tenths of it"
+            said = f"{self.verdict}: no flat explains the readings; a fresh one would be found from {half:.0f} mm on"
+            said += f" at half of the circumference, from {most:.0f} mm on at nine tenths of it"
+            return f"{said}, a rounded one only if it is longer"
         if self.out_of_round is not None:
             found = self.out_of_round
             sizes, halves = 1e6 * found.amplitudes, 1e6 * INTERVAL * found.deviations
@@ -129,9 +130,7 @@ class WheelFinding(Shown):
             said += f"; not excluded: {name}, {1e3 * self.sizes[name][0]:.1f} mm"
         return said
 
-    def outlook(
-        self, speeds: ArrayLike = SPEEDS, static_forces: ArrayLike | None = None
-    ) -> xr.Dataset:  # fmt: skip
+    def outlook(self, speeds: ArrayLike = SPEEDS, static_forces: ArrayLike | None = None) -> xr.Dataset:
         """Return the peaks that the wheel will make at other speeds and loads.
 
         Parameters
@@ -195,7 +194,10 @@ class WheelFinding(Shown):
         best, shown = self.sized.best, self.sized.shown
         own = best is not None and self.verdict != NOT_EXPLAINED
         size, interval = self.sizes.get(self.verdict, (None, None))
-        values = {} if best is None or not own else {name: _estimate(best, name) for name in best.names}
+        values = {} if best is None or not own else {
+            name: {"value": best.values[name], "interval_90": list(best.interval(name, INTERVAL))}
+            for name in best.names
+        }  # fmt: skip
         return {
             "verdict": self.verdict,
             "probabilities": self.probabilities,
@@ -204,7 +206,7 @@ class WheelFinding(Shown):
             "size_interval": None if interval is None else list(interval),
             "size_unit": "" if size is None else "m",
             "sizes": {name: {"size": one, "size_interval": list(ends)} for name, (one, ends) in self.sizes.items()},
-            "place": best.values[POSITION] if best is not None and own else None,
+            "place": self.direction * best.values[POSITION] if best is not None and own else None,
             "speed": best.values[SPEED] if best is not None and own else self.passing.speed,
             "static_force": best.values[FORCE] if best is not None and own else self.passing.static_force,
             "largest_force": shown.largest if shown is not None and own else None,
@@ -212,27 +214,6 @@ class WheelFinding(Shown):
             "chi_squared_reduced": self.reduced,
             "gain": self.sized.gain,
             "estimates": values,
-            "orders": []
-            if self.out_of_round is None
-            else [
-                {"order": k, "amplitude": float(one), "deviation": float(sd), "phase": float(phase)}
-                for k, (one, sd, phase) in enumerate(
-                    zip(
-                        self.out_of_round.amplitudes,
-                        self.out_of_round.deviations,
-                        self.out_of_round.phases,
-                        strict=True,
-                    ),
-                    1,
-                )
-            ],
-            "found_from": {"half": self.unseen[0], "nine_tenths": self.unseen[1]},
-            "notes": list(self.notes),
+            "orders": [] if self.out_of_round is None else self.out_of_round.rows(),
+            "fresh_flat_found_from": {"half": self.unseen[0], "nine_tenths": self.unseen[1]},
         }
-
-
-def _estimate(fit: Any, name: str) -> dict[str, Any]:
-    value, half = fit.values[name], INTERVAL * fit.deviation(name)
-    additive = name in ("position", "advance")
-    low, high = (value - half, value + half) if additive else (value * exp(-half), value * float(np.exp(half)))
-    return {"value": value, "interval_90": [low, high]}

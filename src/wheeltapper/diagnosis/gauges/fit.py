@@ -15,7 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.diagnosis.gauges.changes import Changes
-from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Runs, Values
+from wheeltapper.diagnosis.gauges.passing import (
+    ADVANCE,
+    FORCE,
+    LENGTH,
+    PLACES,
+    POSITION,
+    SPEED,
+    Runs,
+    Values,
+)
 from wheeltapper.diagnosis.gauges.responses import Responses
 from wheeltapper.diagnosis.gauges.weighing import Band, Weights
 
@@ -84,6 +93,11 @@ class Fit(NamedTuple):
         """Return the standard deviation of a free value; of a place in m, of others over the value."""
         return float(np.sqrt(self.covariance[self.names.index(name), self.names.index(name)]))
 
+    def interval(self, name: str, deviations: float) -> tuple[float, float]:
+        """Return a free value less and more so many of its standard deviations."""
+        by = deviations * self.deviation(name)
+        return moved(self.values, name, -by)[name], moved(self.values, name, by)[name]
+
     def told(self, readings: FloatArray) -> FloatArray:
         """Return what sensors with its gains and zero lines make of readings, N, (samples, sensors)."""
         return _told(readings, self.gains, self.zeros)
@@ -130,7 +144,7 @@ class Problem(NamedTuple):
 def moved(values: Values, name: str, by: float) -> dict[str, float]:
     """Return values of which one is changed by a step: of its logarithm, or, of a place, in m."""
     held = values[name]
-    return {**values, name: held + by if name in (POSITION, ADVANCE) else held * float(np.exp(by))}
+    return {**values, name: held + by if name in PLACES else held * float(np.exp(by))}
 
 
 def fitted(
@@ -214,7 +228,7 @@ class _Search:
         self.along = _along(len(self.recorded))
         self.precision = problem.precision(names)
         self.limits = np.array([problem.spread.get(name, LONGEST_STEP) for name in names])
-        self.limits[[name in (POSITION, ADVANCE) for name in names]] = FARTHEST
+        self.limits[[name in PLACES for name in names]] = FARTHEST
 
     def at(self, values: dict[str, float], gains: FloatArray, zeros: FloatArray) -> _Now:
         """Return what is left of the readings with these values."""

@@ -66,6 +66,12 @@ class OutOfRound(NamedTuple):
         orders = np.arange(1, len(self.deviations) + 1)
         return [int(one) for one in orders[self.deviations > 0.5 * USUAL / orders]]
 
+    def rows(self) -> list[dict[str, float]]:
+        """Return each order with its amplitude, its deviation, m, and its phase, rad."""
+        columns = zip(self.amplitudes.tolist(), self.deviations.tolist(), self.phases.tolist(), strict=True)
+        names = ("order", "amplitude", "deviation", "phase")
+        return [dict(zip(names, (order, *values), strict=True)) for order, values in enumerate(columns, 1)]
+
 
 class Orders:
     """What waves of the circumference add to a wheel's readings.

@@ -22,6 +22,8 @@ Values = Mapping[str, float]
 LENGTH, POSITION, SPEED, FORCE, ADVANCE = "length", "position", "speed", "static force", "advance"
 """Of a flat: length, m, and where its middle meets the rail, m along the track. Of the wheel: m/s, N, and how far it is
 ahead of where `Passing.place` has it, m."""
+PLACES = (POSITION, ADVANCE)
+"""Of these, what is fitted and its standard deviation are in m; of all others logarithms are fitted."""
 RUN_IN = 0.08
 """For how long a run begins before the first sample, s: its start at rest has then died away."""
 SAMPLES = 2.5

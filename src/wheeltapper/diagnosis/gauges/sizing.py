@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from math import ceil, floor
 from typing import NamedTuple
 
@@ -92,7 +93,7 @@ class Sized:
     fits
         Of flats by shape, "fresh" and "rounded"; none where nothing speaks for a flat.
     gain
-        By how much the best of them lowers χ² of a wheel without a flaw.
+        By how much the best of them lowers χ² of a wheel without a flaw; without a fit, by how much the scan says.
     seen
         What its readings show before a fit.
     runs
@@ -186,9 +187,9 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen |
     runs, values = Runs(passing, known.scene), values_of(passing, known)
     track = [path for path in known.spread if path.startswith("track.")]
     own = [path for path in known.spread if path not in (*track, RADIUS)]
-    coarse = _coarse(runs, values, known.spread, gain_spread)
+    coarse = cache(lambda: _coarse(runs, values, known.spread, gain_spread))  # a wheel that is not fitted needs none
     if seen is None:
-        seen = Scan(coarse, values).seen(passing.readings, passing.used)
+        seen = Scan(coarse(), values).seen(passing.readings, passing.used)
     if seen.candidates[0].gain < SCREENED or not seen.is_round:
         return Sized({}, seen.gain, seen, runs.count)
     first = (LENGTH, POSITION, *[path for path in known.spread if path == RADIUS], FORCE, ADVANCE, SPEED)
@@ -197,7 +198,7 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen |
     if not begun:
         most = seen.candidates[0].gain
         worth = [one for one in seen.candidates if one.gain > most - max(ALSO, SHARE * most)]
-        tried = [fitted(coarse, _with_flat(values, one, RADIUS in first), "fresh", first, steps=5) for one in worth]
+        tried = [fitted(coarse(), _with_flat(values, one, RADIUS in first), "fresh", first, steps=5) for one in worth]
         start = min(tried, key=lambda one: one.chi).values
         for shape, longer in LONGER.items():
             begin = {**start, LENGTH: longer * start[LENGTH]}

@@ -27,7 +27,7 @@ from wheeltapper.diagnosis.gauges.sizing import FIRST_NOISE, Sized, scan_of, siz
 from wheeltapper.diagnosis.wayside.channels import Channel
 from wheeltapper.diagnosis.wayside.deck import Diagnosed
 from wheeltapper.diagnosis.wayside.measured import Measured
-from wheeltapper.diagnosis.wayside.passage import Passage
+from wheeltapper.diagnosis.wayside.passage import Passage, axles_text
 from wheeltapper.diagnosis.wayside.pulses import Pulses
 from wheeltapper.diagnosis.wayside.wheels import Side
 from wheeltapper.record.assessment.filtering import low_passed
@@ -254,22 +254,23 @@ class Wheels:
     def _window(self, axle: int, beyond: float) -> tuple[slice, FloatArray]:
         """Return the samples while a wheel is so near to the gauges, m, and their times, s."""
         first, last = self.rail.ends
-        times = self.rail.start + np.arange(len(self.rail.forces)) / self.rail.rate
-        ends = [float(self.passage.when_at(axle, self._sign * at)) for at in (first - beyond, last + beyond)]
-        window = slice(*np.searchsorted(times, ends).tolist())
-        return window, times[window]
+        ends = [float(self.passage.when_at(axle, self.direction * at)) for at in (first - beyond, last + beyond)]
+        numbers = np.ceil((np.array(ends) - self.rail.start) * self.rail.rate)
+        begin, end = np.clip(numbers, 0, len(self.rail.forces)).astype(int).tolist()
+        return slice(begin, end), self.rail.start + np.arange(begin, end) / self.rail.rate
 
     def _passing(self, axle: int, x: FloatArray, readings: FloatArray, used: NDArray[np.bool_]) -> Passing:
         speed, force = float(self.speeds[axle]), float(self.forces[axle])
         return Passing(self.rail.sensors, self.rail.rate, readings, used, float(x[0]), speed, force, self.rail.noise)
 
     @property
-    def _sign(self) -> float:
-        return float(np.sign(self.passage.speeds[0]))
+    def direction(self) -> int:
+        """1 of a train towards growing x, -1 of others."""
+        return -1 if self.passage.speeds[0] < 0.0 else 1
 
     def _x(self, axle: int, times: FloatArray) -> FloatArray:
         """Return where a wheel is at times, the way the train runs, m."""
-        return self._sign * self.passage.x_of(axle, times)
+        return self.direction * self.passage.x_of(axle, times)
 
     def _level_at(self, x: FloatArray) -> FloatArray:
         """Return what a wheel of 1 N without a flaw does to the sensors from places, (places, sensors)."""
@@ -300,9 +301,13 @@ def with_sizes(found: Measured, site: Site, which: Diagnosed) -> Measured:
     entries = [{**axle, "wheels": [dict(wheel) for wheel in axle["wheels"]]} for axle in found.finding.axles]
     notes, shown = [*_unfitted(found, rails)], dict[tuple[int, str | None], WheelFinding]()
     for number, side in enumerate(found.sides):
-        if side.side not in rails:
+        if side.side not in rails or not np.isfinite(side.mean).any():
             continue
         wheels = Wheels(rails[side.side], found.passage, side.mean)
+        cut = [axle + 1 for axle in range(len(side.mean)) if not wheels.is_whole(axle)]
+        if cut:
+            where = f"{axles_text(cut)} {side.side or ''}".rstrip()
+            notes.append(f"{where}: not weighed, or cut off by an end of the recording; no model is fitted")
         for axle, finding in _findings(wheels, which, {a for a, strikes in enumerate(side.strikes) if strikes}).items():
             entries[axle]["wheels"][number]["finding"] = finding.to_dict()
             shown[axle + 1, side.side] = finding
@@ -330,7 +335,7 @@ def _findings(wheels: Wheels, which: Diagnosed, struck: set[int]) -> dict[int, W
             sized = sized_flat(
                 passings[axle], rail.known, rail.gain_spread, seen[axle], None if before is None else before.sized
             )
-            out[axle] = WheelFinding(sized, passings[axle], rail.known)
+            out[axle] = WheelFinding(sized, passings[axle], rail.known, wheels.direction)
             wheels.keep(axle, sized)
     return out
 
@@ -352,7 +357,9 @@ def _is_unsteady(passage: Passage) -> bool:
 def _unfitted(found: Measured, rails: Mapping[str | None, Rail]) -> list[str]:
     """Return why wheels have no finding."""
     if _is_unsteady(found.passage):
-        return ["the train stops or turns on the sensors: no model of a wheel at a steady speed is fitted"]
+        return [
+            "the train does not keep its speed by what was recorded: no model of a wheel at a steady speed is fitted"
+        ]
     lost = [side.side or "both rails" for side in found.sides if side.side not in rails]
     words = f"no model is fitted: no pairs of rail shear gauges of one clock with {LOWEST:g} Hz or more"
     return [f"{', '.join(lost)}: {words}"] if lost else []
