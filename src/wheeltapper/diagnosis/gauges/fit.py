@@ -1,20 +1,19 @@
 """A wheel's flat by least squares: Gauss's and Newton's steps, with exact runs as values.
 
-How readings change with the wheel's values comes from the forces of runs, by `Changes`; with those of the track, which
-also changes what sensors read of a force, from differences of readings, once for a wheel.
+Readings follow from the forces of runs by `Transfer`. What sensors read of a force changes with the track, too: that is
+taken to be linear in the logarithms of its values.
 
 Theory: docs/theory/gauges.rst, section 16.4.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.diagnosis.gauges.changes import Changes
 from wheeltapper.diagnosis.gauges.passing import (
     ADVANCE,
     FORCE,
@@ -26,6 +25,7 @@ from wheeltapper.diagnosis.gauges.passing import (
     Values,
 )
 from wheeltapper.diagnosis.gauges.responses import Responses
+from wheeltapper.diagnosis.gauges.transfer import Transfer
 from wheeltapper.diagnosis.gauges.weighing import Band, Weights
 
 FloatArray = NDArray[np.float64]
@@ -35,7 +35,7 @@ without a model, over these."""
 STEPS = {LENGTH: 2e-3, POSITION: 1e-4, FORCE: 1e-3, "vehicle.radius": 2e-4}
 """Of differences: of positions in m, of all others over the value; 2e-3 where a value is not named."""
 TRACK_STEP = 1e-2
-"""The same for values of the track."""
+"""The same for values of the track: nothing jumps with them."""
 LONGEST_STEP, FARTHEST = 0.3, 0.03
 """A step changes the logarithm of a value by this at most, that of an uncertain one by its standard deviation; and a
 place by so many m."""
@@ -108,8 +108,10 @@ class Problem(NamedTuple):
 
     Attributes
     ----------
-    runs, band, responses, changes, weights, rough
+    runs, band, responses, transfer, weights, rough
         Of the wheel and the track; what roughness adds to readings, as in `Weights`.
+    at, slopes
+        The values to which `transfer` belongs, and how it changes with the logarithms of the track's values, by name.
     known
         Values before, by name.
     spread
@@ -121,7 +123,9 @@ class Problem(NamedTuple):
     runs: Runs
     band: Band
     responses: Responses
-    changes: Changes
+    transfer: Transfer
+    at: Mapping[str, float]
+    slopes: Callable[[], Mapping[str, Transfer]]
     weights: Weights
     rough: FloatArray
     known: dict[str, float]
@@ -133,6 +137,20 @@ class Problem(NamedTuple):
         own = {**self.spread, SPEED: MEASURED_SPEED, FORCE: MEASURED_FORCE, ADVANCE: ARRIVAL}
         zero = np.full(2 * len(self.gain_spread), 1e-12)
         return np.concatenate([[1.0 / own[n] ** 2 if n in own else 0.0 for n in names], self.gain_spread**-2.0, zero])
+
+    def read(self, values: Values, shape: str) -> FloatArray:
+        """Return what sensors would have recorded of a run, after the low-pass, N, (samples, sensors)."""
+        forces = self.runs.forces(values, shape)
+        found = self.transfer.of(forces, values)
+        for name in self.track:
+            if values[name] != self.at[name]:
+                found = found + np.log(values[name] / self.at[name]) * self.slopes()[name].of(forces, values)
+        return found
+
+    @property
+    def track(self) -> list[str]:
+        """The uncertain values of the track."""
+        return [name for name in self.spread if name.startswith("track.")]
 
     def apart(self, name: str, value: float) -> float:
         """Return how far a value is from what was known before; 0 where nothing was."""
@@ -148,7 +166,7 @@ def moved(values: Values, name: str, by: float) -> dict[str, float]:
 
 
 def fitted(
-    problem: Problem, values: Values, shape: str, names: Sequence[str], track: Sequence[str] = (), steps: int = 6,
+    problem: Problem, values: Values, shape: str, names: Sequence[str], steps: int = 6,
     known: Mapping[str, FloatArray] | None = None,
 ) -> Fit:  # fmt: skip
     """Return a flat fitted to readings.
@@ -161,22 +179,19 @@ def fitted(
         From which it starts.
     shape
         "fresh" or "rounded".
-    names, track
-        Values of the wheel, and of the track, that are free.
+    names
+        Values that are free.
     steps
         Most of them.
     known
         Derivatives by values, if they are known from another fit of the wheel near these values.
     """
-    search = _Search(problem, shape, (*names, *track))
+    search = _Search(problem, shape, tuple(names))
     now = search.at(dict(values), np.ones(len(problem.gain_spread)), np.zeros(2 * len(problem.gain_spread)))
     damping, fell, columns = DAMPED, np.inf, dict(known or {})
-    columns |= {name: search.difference(now, name) for name in track if name not in columns}
     for number in range(steps):
-        if number == 0:
-            columns |= {name: search.change(now, name) for name in names if name not in columns}
-        elif number % 2 == 0 and fell > NEARLY:
-            columns |= {name: search.change(now, name) for name in names}
+        if number % 2 == 0 and fell > NEARLY:
+            columns |= {name: search.change(now, name) for name in names if number or name not in columns}
         jacobian = search.jacobian(now, columns)
         curvature, downhill = search.normal(now, jacobian)
         for _ in range(TRIES):
@@ -233,7 +248,7 @@ class _Search:
     def at(self, values: dict[str, float], gains: FloatArray, zeros: FloatArray) -> _Now:
         """Return what is left of the readings with these values."""
         problem = self.problem
-        smooth = problem.band.smooth(problem.runs.readings(values, self.shape))
+        smooth = problem.read(values, self.shape)
         left = problem.weights.over(problem.band.taken(self.recorded - _told(smooth, gains, zeros)))
         known = self.deviations(values, gains, zeros)
         chi = left @ problem.weights.weighed(left) + (known**2 * self.precision).sum()
@@ -244,21 +259,15 @@ class _Search:
         return np.concatenate([[self.problem.apart(name, values[name]) for name in self.names], gains - 1.0, zeros])
 
     def change(self, now: _Now, name: str) -> FloatArray:
-        """Return how compared readings change with a value of the wheel, N."""
+        """Return how compared readings change with a value, N."""
         problem, passing = self.problem, self.problem.band.passing
         if name in (ADVANCE, SPEED):  # the same readings, earlier
             slope = np.gradient(now.smooth, axis=0) * passing.rate
             by = 1.0 / now.values[SPEED] if name == ADVANCE else passing.seconds[:, None]
             return problem.band.taken(slope * by)
-        step = STEPS.get(name, 2e-3)
-        forces = [problem.runs.forces(v, self.shape) for v in (now.values, moved(now.values, name, step))]
-        return problem.changes.of((forces[1] - forces[0]) / step)
-
-    def difference(self, now: _Now, name: str) -> FloatArray:
-        """Return how compared readings change with a value of the track, N."""
-        band, values = self.problem.band, moved(now.values, name, TRACK_STEP)
-        changed = band.smooth(self.problem.runs.readings(values, self.shape))
-        return band.taken((changed - now.smooth) / TRACK_STEP)
+        step = STEPS.get(name, TRACK_STEP if name in problem.track else 2e-3)
+        changed = problem.read(moved(now.values, name, step), self.shape)
+        return problem.band.taken((changed - now.smooth) / step)
 
     def jacobian(self, now: _Now, columns: Mapping[str, FloatArray]) -> FloatArray:
         """Return the derivatives of the model's readings, over their deviations."""

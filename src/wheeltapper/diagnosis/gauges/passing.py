@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.irregularity.flat import WheelFlat
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor.along import BetweenPlaces
+from wheeltapper.record.assessment.filtering import low_passed
 from wheeltapper.record.record import Record
 from wheeltapper.record.simulate import simulated_quietly
 
@@ -28,6 +29,8 @@ RUN_IN = 0.08
 """For how long a run begins before the first sample, s: its start at rest has then died away."""
 SAMPLES = 2.5
 """Readings are compared at so many times the cut-off frequency, a second."""
+FINER, ALIASED = 4, 0.4
+"""Forces are computed so many times a sample, and then low-passed at this times the rate of the samples."""
 KEPT = 48
 """Runs that are kept."""
 
@@ -152,12 +155,17 @@ class Runs:
         return self._readings[key]
 
     def forces(self, values: Values, shape: str) -> FloatArray:
-        """Return the contact's force in a run, N, at the samples and at those of the run-in before."""
+        """Return the contact's force in a run, N, at the samples and at those of the run-in before.
+
+        It is what is left below half the rate, as after the filter of a recorder: impacts are shorter than a sample.
+        """
         key = shape, tuple(sorted(values.items()))
         if key not in self._forces:
-            times = np.arange(self.passing.lead + len(self.passing.readings)) / self.passing.rate
+            rate = FINER * self.passing.rate
+            times = np.arange(FINER * (self.passing.lead + len(self.passing.readings))) / rate
             record = self.record(values, shape)
-            self._forces[key] = record._lowered.forces(record._march, times)[:, 0]
+            fine = record._lowered.forces(record._march, times)[:, 0]
+            self._forces[key] = low_passed(fine, rate, ALIASED * self.passing.rate, 8)[::FINER]
         return self._forces[key]
 
 

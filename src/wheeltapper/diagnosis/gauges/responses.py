@@ -1,8 +1,7 @@
 """What a track answers to a harmonic force: at the contact, and in a sensor, for all places of the force.
 
-A force that moves is taken to stand still while the track answers it: waves in the rail are some ten times as fast as
-trains. That is not exact enough for what a fitted model reads, but it is for what roughness may add to it, for where a
-flat may be, and for how readings change with what is fitted.
+A pair of gauges reads a force between them at once, and that part jumps where the force passes a gauge. It stands
+apart; the rest is smooth along the track.
 
 Theory: docs/theory/gauges.rst, section 16.2.
 """
@@ -22,8 +21,10 @@ ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 PLACES = 24
 """Places in a bay at which responses are known."""
-STEP, HIGHEST = 12.5, 1000.0
+STEP, HIGHEST = 12.5, 1150.0
 """Of the frequencies at which they are known, Hz."""
+NEAR = 1e-7
+"""Of the spacing: places that are nearer are one."""
 LOWEST = 0.5
 """In place of the frequency zero, Hz."""
 
@@ -42,7 +43,9 @@ class Responses(NamedTuple):
     first
         First place of `read` from the seat, in units of spacing/PLACES.
     read
-        Readings of each sensor, N/N, (frequencies, places, sensors).
+        Readings of each sensor, N/N, (frequencies, places, sensors), without the force where it is between its gauges.
+    ends
+        Of the gauges behind and ahead of each pair, m from the seat, (sensors, 2).
     seat
         Where the seat is from which places count, m along the track.
     """
@@ -52,6 +55,7 @@ class Responses(NamedTuple):
     under: ComplexArray
     first: int
     read: ComplexArray
+    ends: FloatArray
     seat: float = 0.0
 
     def contact(self, frequencies: FloatArray, stiffness: float, mass: float) -> ComplexArray:
@@ -70,14 +74,23 @@ class Responses(NamedTuple):
         lower = np.minimum(place.astype(int), PLACES - 1)
         return np.asarray((1.0 - share) * values[:, lower] + share * values[:, lower + 1])
 
-    def readings(self, frequencies: FloatArray, x: FloatArray) -> ComplexArray:
-        """Return the readings of unit forces at places, (sensors, frequencies, places)."""
+    def readings(self, frequencies: FloatArray, x: FloatArray, half: float = 1e-6) -> ComplexArray:
+        """Return the readings of unit forces at places, (sensors, frequencies, places).
+
+        The part of a pair that stands between its gauges is the mean over what is up to `half` m from each place.
+        """
         lower, share = self._between(frequencies)
         along, beside = np.divmod((x - self.seat) * PLACES / self.spacing - self.first, 1.0)
         left = np.clip(along.astype(int), 0, self.read.shape[1] - 2)
         read = (1.0 - share)[:, None, None] * self.read[lower] + share[:, None, None] * self.read[lower + 1]
         found = (1.0 - beside)[:, None] * read[:, left] + beside[:, None] * read[:, left + 1]
-        return np.moveaxis(found, 2, 0)
+        behind, ahead = (self.ends + self.seat).T[..., None]
+        between = np.minimum(x + half, ahead) - np.maximum(x - half, behind)
+        return np.asarray(np.moveaxis(found, 2, 0) + np.clip(between / (2.0 * half), 0.0, 1.0)[:, None])
+
+    def change_to(self, other: Responses, step: float) -> Responses:
+        """Return by how much another track answers otherwise, over a step."""
+        return self._replace(read=(other.read - self.read) / step, ends=np.zeros_like(self.ends))
 
     def _between(self, frequencies: FloatArray) -> tuple[NDArray[np.int64], FloatArray]:
         """Return between which of the known frequencies others lie, and where."""
@@ -86,7 +99,7 @@ class Responses(NamedTuple):
         return lower, np.where(whole > lower, 1.0, share)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=32)
 def responses_of(section: Section, places: tuple[tuple[float, float], ...], first: float, last: float) -> Responses:
     """Return the responses of a track to forces between two places, m from a seat, in pairs of shear gauges.
 
@@ -98,12 +111,15 @@ def responses_of(section: Section, places: tuple[tuple[float, float], ...], firs
     begin, end = int(np.floor(first / step)) - 1, int(np.ceil(last / step)) + 2
     forces = np.arange(begin, end)
     ends = np.array(places)
-    bays = np.floor(ends / section.spacing + 1e-9)
+    bays = np.floor(ends / section.spacing + NEAR)
     inside, which = np.unique(np.round(ends - bays * section.spacing, 9), return_inverse=True)
     ahead = forces[:, None] - PLACES * bays.astype(int).ravel()
     apart = np.arange(ahead.min(), ahead.max() + 1)
-    field = waves.response(section, omega[:, None, None], apart[:, None] * step, inside)[..., 3]
+    gauges = inside + NEAR * section.spacing  # a force at a gauge is behind it, however numbers are rounded
+    field = waves.response(section, omega[:, None, None], apart[:, None] * step, gauges)[..., 3]
     shear = field[:, ahead - apart[0], which.ravel()].reshape(len(omega), len(forces), -1, 2)
+    beyond = forces[:, None, None] <= ends / step + PLACES * NEAR
+    between = beyond[..., 1] & ~beyond[..., 0]
     within = np.arange(PLACES + 1) * step
     under = waves.response(section, omega[:, None], within, within)[..., 0]
-    return Responses(frequencies, section.spacing, under, begin, shear[..., 0] - shear[..., 1])
+    return Responses(frequencies, section.spacing, under, begin, shear[..., 0] - shear[..., 1] - between, ends)

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.diagnosis.gauges.changes import Changes
 from wheeltapper.diagnosis.gauges.fit import Problem
 from wheeltapper.diagnosis.gauges.orders import Orders, OutOfRound
 from wheeltapper.diagnosis.gauges.passing import LENGTH, POSITION, RUN_IN, SPEED, Runs, Values
+from wheeltapper.diagnosis.gauges.transfer import Transfer
 from wheeltapper.diagnosis.gauges.weighing import Band, Freed
 
 ComplexArray = NDArray[np.complex128]
@@ -108,21 +108,21 @@ class Scan:
     """
 
     def __init__(self, problem: Problem, values: Values) -> None:
-        runs, band, changes = problem.runs, problem.band, problem.changes
+        runs, band, transfer = problem.runs, problem.band, problem.transfer
         passing, speed, radius = runs.passing, values[SPEED], float(runs.scene.vehicle.radius)
         self.band, self.weights = band, problem.weights
-        self.level = band.smooth(runs.readings(values, "fresh"))
+        self.level = problem.read(values, "fresh")
         self.turn = 2.0 * pi * radius
         self._freed = freed = Freed(self.weights, self.weights.over(free_columns(band, self.level, speed)))
         self.orders = Orders(problem, freed, radius)
-        strikes = _Strikes(runs, values, changes)
+        strikes = _Strikes(runs, values, transfer)
         begin, end = float(passing.x[0]), float(passing.x[-1])
         first, step = begin - 0.2, speed / (FINE * band.cutoff)
         self._tried = [
             (place, 1.0 + more) for more in RADII for place in np.arange(first, first + self.turn * (1 + more), step)
         ]
         spectra = [strikes.at(np.arange(place, end, self.turn * factor)) for place, factor in self._tried]
-        columns = self.weights.over(changes.of_spectra(np.stack(spectra, axis=1)))
+        columns = self.weights.over(transfer.of_spectra(np.stack(spectra, axis=1)))
         self._weighed = freed.weighed(columns)
         self._size = (columns * self._weighed).sum(axis=0)
 
@@ -174,9 +174,9 @@ def free_columns(band: Band, level: FloatArray, speed: float) -> FloatArray:
 class _Strikes:
     """Spectra of what one strike adds to the force, wherever it is."""
 
-    def __init__(self, runs: Runs, values: Values, changes: Changes) -> None:
+    def __init__(self, runs: Runs, values: Values, transfer: Transfer) -> None:
         passing, speed = runs.passing, values[SPEED]
-        self._changes, self._speed, self._rate = changes, speed, passing.rate
+        self._transfer, self._speed, self._rate = transfer, speed, passing.rate
         self._begin = runs.start(values)
         self._spacing = float(runs.scene.track.spacing)
         self._seat = float(runs.scene.track.first_sleeper)
@@ -194,16 +194,16 @@ class _Strikes:
             part = struck[at - self._before : at - self._before + longest].copy()
             part[-fade:] *= np.linspace(1.0, 0.0, fade)
             late = place - self._begin - at / passing.rate * speed
-            spectrum = changes.spectra(part)
-            spectra.append(spectrum * np.exp(2j * np.pi * changes.frequencies * late / speed))
+            spectrum = transfer.spectra(part)
+            spectra.append(spectrum * np.exp(2j * np.pi * transfer.frequencies * late / speed))
         self._spectra = np.array(spectra)
 
     def at(self, places: FloatArray) -> ComplexArray:
         """Return the spectrum of strikes at places, m."""
-        total = np.zeros(len(self._changes.frequencies), dtype=complex)
+        total = np.zeros(len(self._transfer.frequencies), dtype=complex)
         for place in places:
             lower, share = divmod(((place - self._seat) / self._spacing) % 1.0 * PLACES, 1.0)
             one, other = self._spectra[int(lower) % PLACES], self._spectra[(int(lower) + 1) % PLACES]
             after = (place - self._begin) / self._speed - self._before / self._rate
-            total += ((1.0 - share) * one + share * other) * np.exp(-2j * np.pi * self._changes.frequencies * after)
+            total += ((1.0 - share) * one + share * other) * np.exp(-2j * np.pi * self._transfer.frequencies * after)
         return total

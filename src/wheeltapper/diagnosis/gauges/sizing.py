@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from math import ceil, floor
@@ -19,13 +19,13 @@ from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
 from wheeltapper.diagnosis.faults.rounded_flat import RoundedFlat
 from wheeltapper.diagnosis.faults.wheel_flat import FreshFlat
 from wheeltapper.diagnosis.finding import HEALTHY
-from wheeltapper.diagnosis.gauges.changes import Changes
 from wheeltapper.diagnosis.gauges.fit import Fit, Problem, fitted
 from wheeltapper.diagnosis.gauges.known import CONTACT, MASS, RADIUS, Known
-from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
+from wheeltapper.diagnosis.gauges.passing import ADVANCE, FINER, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
 from wheeltapper.diagnosis.gauges.responses import Responses, responses_of
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
 from wheeltapper.diagnosis.gauges.scan import NEEDED, SCREENED, Candidate, Scan, Seen
+from wheeltapper.diagnosis.gauges.transfer import Transfer
 from wheeltapper.diagnosis.gauges.weighing import Weights, band_of
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.march.common.blocks import algebra_on_one_thread
@@ -36,9 +36,9 @@ NAMES = {flat.shape: flat.name for flat in (FreshFlat, RoundedFlat)}
 """Of the faults, by the shapes of flats."""
 HIGHEST = 800.0
 """Readings are compared up to this frequency, Hz."""
-FIRST_WAVE, FIRST = 0.05, (200.0, 600.0)
+FIRST_WAVE, FIRST = 0.035, (200.0, 600.0)
 """At first they are compared up to the frequency at which a wave of this length is passed, m, within these limits."""
-FIRST_NOISE = 400.0
+FIRST_NOISE = 250.0
 """Standard deviation of the readings then, N: coarse, as values are."""
 ALSO, SHARE = 40.0, 0.35
 """Places of a flat are fitted if what they explain of χ² is less than the best by at most this much, or this share."""
@@ -56,8 +56,11 @@ Of a fresh flat of 29 mm at 30 m/s, with roughness, the rounded one was better b
 HOPELESS = 600.0
 """A shape that begins with the track that was fitted with the other one, and whose χ² is so much more, over the reduced
 χ², is not fitted further."""
-FINER = 4
-"""Forces of a fitted wheel are told so many times a sample."""
+OTHERWISE, STEP = 0.1, 0.05
+"""Answers of the track are linear in its values' logarithms as long as these change by less than this; their slopes
+come from a change by so much."""
+APART = 0.05
+"""A wheel is where it was measured up to so many m."""
 LONGER = {"fresh": 1.0, "rounded": 1.3}
 """Length of a flat over that of the fresh one that is most like it."""
 
@@ -180,50 +183,69 @@ def values_of(passing: Passing, known: Known) -> dict[str, float]:
 def _coarse(runs: Runs, values: dict[str, float], spread: Mapping[str, float], gain_spread: FloatArray) -> Problem:
     """Return a wheel's readings up to the frequency at which a flat is looked for."""
     cutoff = min(float(np.clip(values[SPEED] / FIRST_WAVE, *FIRST)), runs.passing.highest)
-    return _problem(runs, values, spread, gain_spread, cutoff, FIRST_NOISE)
+    return _problem(runs, values, spread, gain_spread, cutoff, deviation=FIRST_NOISE)
 
 
 def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen | None, before: Sized | None) -> Sized:
     runs, values = Runs(passing, known.scene), values_of(passing, known)
-    track = [path for path in known.spread if path.startswith("track.")]
-    own = [path for path in known.spread if path not in (*track, RADIUS)]
     coarse = cache(lambda: _coarse(runs, values, known.spread, gain_spread))  # a wheel that is not fitted needs none
     if seen is None:
         seen = Scan(coarse(), values).seen(passing.readings, passing.used)
     if seen.candidates[0].gain < SCREENED or not seen.is_round:
         return Sized({}, seen.gain, seen, runs.count)
-    first = (LENGTH, POSITION, *[path for path in known.spread if path == RADIUS], FORCE, ADVANCE, SPEED)
-    fine = _problem(runs, values, known.spread, gain_spread, min(HIGHEST, passing.highest))
-    begun = {} if before is None else {shape: fit._replace(columns={}) for shape, fit in before.fits.items()}
-    if not begun:
-        most = seen.candidates[0].gain
-        worth = [one for one in seen.candidates if one.gain > most - max(ALSO, SHARE * most)]
-        tried = [fitted(coarse(), _with_flat(values, one, RADIUS in first), "fresh", first, steps=5) for one in worth]
-        start = min(tried, key=lambda one: one.chi).values
-        for shape, longer in LONGER.items():
-            begin = {**start, LENGTH: longer * start[LENGTH]}
-            begun[shape] = fitted(_weighed(fine, values, begin, shape), begin, shape, first, steps=5)
-    fits, of_track = dict[str, Fit](), dict[str, FloatArray]()
-    for shape, fit in sorted(begun.items(), key=lambda one: one[1].misfit):
-        rounds = ROUNDS
+    worn = [path for path in known.spread if path == RADIUS]
+    first = (LENGTH, POSITION, *worn, FORCE, ADVANCE, SPEED)
+    if before is None or not before.fits:
+        start = _found(coarse(), seen, values, first)
+        begun = {shape: {**start, LENGTH: longer * start[LENGTH]} for shape, longer in LONGER.items()}
+    else:
+        begun = {shape: fit.values for shape, fit in before.fits.items()}
+    fine = _problem(runs, values, known.spread, gain_spread, min(HIGHEST, passing.highest), at=begun["fresh"])
+    fits = _fits(fine, begun, first, [path for path in known.spread if path not in worn])
+    best = min(fits.values(), key=lambda one: one.misfit)
+    flawless = {**best.values, LENGTH: 0.0}
+    without = fitted(_weighed(fine, best.values, best.shape), flawless, best.shape, (FORCE, ADVANCE, SPEED), steps=2)
+    sized = Sized(fits, without.chi - best.chi, seen, runs.count)
+    return sized if sized.best is None else replace(sized, shown=_shown(runs, sized.best))
+
+
+def _found(coarse: Problem, seen: Seen, values: dict[str, float], names: Sequence[str]) -> dict[str, float]:
+    """Return the fresh flat that explains a wheel's readings best below a low frequency."""
+    most = seen.candidates[0].gain
+    worth = [one for one in seen.candidates if one.gain > most - max(ALSO, SHARE * most)]
+    tried = [fitted(coarse, _with_flat(values, one, RADIUS in names), "fresh", names, steps=5) for one in worth]
+    return min(tried, key=lambda one: one.chi).values
+
+
+def _fits(
+    fine: Problem, begun: Mapping[str, Mapping[str, float]], first: Sequence[str], more: Sequence[str]
+) -> dict[str, Fit]:
+    """Return flats of both shapes: fitted by the values that come `first`, and then by all."""
+    starts = {shape: _refitted(fine, values, shape, first) for shape, values in begun.items()}
+    fits = dict[str, Fit]()
+    for shape, start in sorted(starts.items(), key=lambda one: one[1].misfit):
+        fit, rounds = start, ROUNDS
         for one in fits.values():  # the other shape begins where the better one has come to
-            begin = {**one.values, LENGTH: one.values[LENGTH] * LONGER[shape] / LONGER[one.shape]}
-            fit = fitted(_weighed(fine, values, begin, shape), begin, shape, first, steps=5)
+            like = {**one.values, LENGTH: one.values[LENGTH] * LONGER[shape] / LONGER[one.shape]}
+            fine = _near(fine, like)
+            fit = _refitted(fine, like, shape, first)
             rounds = 0 if fit.misfit > one.misfit + HOPELESS * max(1.0, one.chi / one.readings) else ROUNDS
         for _ in range(rounds):
-            weighed = _weighed(fine, values, fit.values, shape)
-            fit = fitted(weighed, fit.values, shape, (*first, *own), track, known={**fit.columns, **of_track})
-            if fit.chi < UNSETTLED * fit.readings:
+            fine = _near(fine, fit.values)
+            fit = _refitted(fine, fit.values, shape, (*first, *more), steps=6, known=fit.columns)
+            if fit.chi < UNSETTLED * fit.readings and _near(fine, fit.values) is fine:
                 break
-            fit, of_track = fit._replace(columns={}), {}
+            fit = fit._replace(columns={})
         fits[shape] = fit
-        of_track = {name: fit.columns[name] for name in track if name in fit.columns}
-    best = min(fits.values(), key=lambda one: one.misfit)
-    flawless = fitted(
-        _weighed(fine, values, best.values, best.shape), values, best.shape, (FORCE, ADVANCE, SPEED), steps=2
-    )
-    sized = Sized(fits, flawless.chi - best.chi, seen, runs.count)
-    return sized if sized.best is None else replace(sized, shown=_shown(runs, sized.best))
+    return fits
+
+
+def _refitted(
+    problem: Problem, values: Mapping[str, float], shape: str, names: Sequence[str], steps: int = 5,
+    known: Mapping[str, FloatArray] | None = None,
+) -> Fit:  # fmt: skip
+    """Return a flat that is fitted from these values, with weights that belong to them."""
+    return fitted(_weighed(problem, values, shape), values, shape, names, steps, known)
 
 
 def _shown(runs: Runs, fit: Fit) -> ModelPassage:
@@ -252,15 +274,51 @@ def _with_flat(values: Mapping[str, float], one: Candidate, worn: bool) -> dict[
 
 def _problem(
     runs: Runs, values: dict[str, float], spread: Mapping[str, float], gain_spread: FloatArray, cutoff: float,
-    deviation: float | None = None,
+    at: Mapping[str, float] | None = None, deviation: float | None = None,
 ) -> Problem:  # fmt: skip
-    """Return a wheel's readings up to a frequency, Hz; their deviation is that of the noise where none is stated, N."""
+    """Return a wheel's readings up to a frequency, Hz.
+
+    Where and how fast it is, `at` says if it is known better than by `values`; then its track may differ, too. The
+    deviation of readings is that of the noise where none is stated, N.
+    """
     passing, scene = runs.passing, runs.scene
     band, responses = band_of(passing, cutoff), _responses(passing, scene)
     stiffness = contact_stiffness(values[CONTACT], values[FORCE])
     rough = rough_columns(band, responses, stiffness, values[MASS])
     weights = Weights(band.deviations(deviation or band.noise), rough)
-    return Problem(runs, band, responses, Changes(band, responses), weights, rough, values, spread, gain_spread)
+    known = Problem(
+        runs,
+        band,
+        responses,
+        Transfer(band, responses, values),
+        values,
+        dict,
+        weights,
+        rough,
+        values,
+        spread,
+        gain_spread,
+    )
+    return known if at is None else _near(known, at)
+
+
+def _near(problem: Problem, values: Mapping[str, float]) -> Problem:
+    """Return a problem whose readings hold near other values: itself, if they do already."""
+    at, passing = problem.at, problem.runs.passing
+    if all(abs(np.log(values[name] / at[name])) < OTHERWISE for name in problem.track) and at is not problem.known:
+        return problem
+    scene = problem.runs.scene.replaced({name: values[name] for name in problem.track})
+    responses = _responses(passing, scene)
+
+    @cache
+    def slopes() -> dict[str, Transfer]:
+        out = {}
+        for name in problem.track:
+            other = _responses(passing, scene.replaced({name: values[name] * float(np.exp(STEP))}))
+            out[name] = Transfer(problem.band, responses.change_to(other, STEP), values)
+        return out
+
+    return problem._replace(transfer=Transfer(problem.band, responses, values), at=values, slopes=slopes)
 
 
 def _responses(passing: Passing, scene: Scenario) -> Responses:
@@ -268,14 +326,15 @@ def _responses(passing: Passing, scene: Scenario) -> Responses:
     seat = float(scene.track.first_sleeper)
     places = tuple((float(one.x1) - seat, float(one.x2) - seat) for one in passing.sensors)
     spacing = float(scene.track.spacing)  # whole bays, so that other wheels find them computed
-    first, last = floor((passing.x[0] - seat) / spacing) * spacing, ceil((passing.x[-1] - seat) / spacing) * spacing
+    ends = passing.x[0] - passing.speed * passing.lead / passing.rate - APART, passing.x[-1] + APART
+    first, last = floor((ends[0] - seat) / spacing) * spacing, ceil((ends[1] - seat) / spacing) * spacing
     return responses_of(section_of(scene.track), places, first, last)._replace(seat=seat)
 
 
-def _weighed(problem: Problem, flawless: Mapping[str, float], values: Mapping[str, float], shape: str) -> Problem:
+def _weighed(problem: Problem, values: Mapping[str, float], shape: str) -> Problem:
     """Return a problem with weights that allow for error of the model where a flat has readings of its own."""
-    band, runs = problem.band, problem.runs
-    own = band.smooth(runs.readings(values, shape) - runs.readings(flawless, "fresh"))
+    band = problem.band
+    own = problem.read(values, shape) - problem.read({**values, LENGTH: 0.0}, shape)
     error = MODEL_ERROR * band.taken(size_of(own, band.passing.rate))
     return problem._replace(weights=Weights(np.hypot(band.deviations(band.noise), error), problem.rough))
 

@@ -17,7 +17,7 @@ from wheeltapper.record.assessment.filtering import low_passed
 
 FloatArray = NDArray[np.float64]
 T = TypeVar("T", np.float64, np.complex128)
-ORDER = 8
+ORDER = 16
 """Of the low-pass."""
 CORRELATED = 2.2
 """Noise after the low-pass has a variance of so many times cutoff/rate: its band, and some more, as neighbouring
@@ -64,6 +64,11 @@ class Band(NamedTuple):
         return np.hypot(noise, np.zeros(self.counts.sum()) if doubt is None else self.taken(doubt))
 
     @property
+    def every(self) -> int:
+        """From how many samples one is compared."""
+        return max(1, int(self.passing.rate / (SAMPLES * self.cutoff)))
+
+    @property
     def rows(self) -> NDArray[np.int64]:
         """The samples of which any sensor is compared."""
         return np.flatnonzero(self.picked.any(axis=1))
@@ -85,10 +90,9 @@ class Band(NamedTuple):
 
 def band_of(passing: Passing, cutoff: float) -> Band:
     """Return the readings that are compared up to a frequency, Hz."""
-    every = max(1, int(passing.rate / (SAMPLES * cutoff)))
-    picked = np.zeros_like(passing.used)
-    picked[::every] = passing.used[::every]
-    return Band(passing, cutoff, picked)
+    band = Band(passing, cutoff, np.zeros_like(passing.used))
+    band.picked[:: band.every] = passing.used[:: band.every]
+    return band
 
 
 class Weights:

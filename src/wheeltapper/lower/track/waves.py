@@ -7,6 +7,7 @@ amplitudes of e^{+iωt}. Inside, it is scaled by powers of the spacing, so that 
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -84,14 +85,12 @@ def _transfer(rail: ComplexArray, along: FloatArray) -> ComplexArray:
     if not rail[..., 2:, :2].any():  # at rest the deflection is a cubic: the exponential series ends
         step = rail * along[..., None, None]
         return np.asarray(np.eye(4) + step @ (np.eye(4) + step @ (np.eye(4) + step / 3.0) / 2.0))
-    from scipy.linalg import expm
-
     of_each = rail.shape[:-2]
     _, first, which = np.unique(np.round(along, SAME_LENGTH), return_index=True, return_inverse=True)
     shape = np.broadcast_shapes(of_each, along.shape)
     if len(first) * np.prod(of_each) >= np.prod(shape):
-        return np.asarray(expm(rail * along[..., None, None]))
-    found = expm(rail[..., None, :, :] * along.ravel()[first][:, None, None])  # lengths repeat from bay to bay
+        return _exponentials(np.ascontiguousarray(rail * along[..., None, None]))
+    found = _exponentials(rail[..., None, :, :] * along.ravel()[first][:, None, None])  # lengths repeat in each bay
     rows = np.arange(int(np.prod(of_each))).reshape(of_each)
     return np.asarray(found.reshape(-1, len(first), 4, 4)[rows, which.reshape(along.shape)])
 
@@ -154,3 +153,17 @@ def pinned(section: Section) -> float:
     middle = section.mass + k2 * (section.rotary + section.mass * section.bending / section.shear)
     last = section.bending * k2**2
     return float(np.sqrt(2.0 * last / (middle + np.sqrt(middle**2 - 4.0 * quartic * last))))
+
+
+def _exponentials(matrices: ComplexArray) -> ComplexArray:
+    """Return the exponentials of matrices; tracks that differ in their seats only have the same."""
+    return _kept_exponentials(matrices.tobytes(), matrices.shape)
+
+
+@lru_cache(maxsize=16)
+def _kept_exponentials(matrices: bytes, shape: tuple[int, ...]) -> ComplexArray:
+    from scipy.linalg import expm
+
+    found = np.asarray(expm(np.frombuffer(matrices, dtype=complex).reshape(shape)))
+    found.flags.writeable = False  # it is handed out again
+    return found

@@ -1,0 +1,118 @@
+"""What sensors read of a force that moves with its wheel: a linear operator, from forces to readings.
+
+A force F at the place x(τ) of the wheel gives the readings ∫ h(x(τ), t - τ) F(τ) dτ, where h is the track's answer to
+an impulse, from its responses to harmonic forces. A run's forces thus give its readings in some milliseconds.
+
+Theory: docs/theory/gauges.rst, section 16.2.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.signal import resample_poly
+from scipy.sparse import dia_array, vstack
+
+from wheeltapper.diagnosis.gauges.passing import ADVANCE, SPEED, Values
+from wheeltapper.diagnosis.gauges.responses import Responses
+from wheeltapper.diagnosis.gauges.weighing import Band
+from wheeltapper.record.assessment.filtering import low_passed
+
+ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
+PASSED = 1.4
+"""Forces count up to this times the cut-off, at which the low-pass leaves a hundredth of amplitudes."""
+SAMPLES = 2.1
+"""Forces are taken at so many times that frequency, a second, at least."""
+EARLIER = 4.0
+"""A low-pass without phase has an answer from so many periods of its cut-off before an impulse."""
+AFTER = 256
+"""Samples without force behind a run, so that its end is not felt at its beginning."""
+
+
+class Transfer:
+    """Readings in a band of the force of a wheel.
+
+    Parameters
+    ----------
+    band
+        Readings that are compared.
+    responses
+        Of the track.
+    values
+        Of the wheel: its speed and where it is. Those of forces may differ by so little that they change nothing but
+        when the wheel is at a place.
+    """
+
+    def __init__(self, band: Band, responses: Responses, values: Values) -> None:
+        passing, cutoff = band.passing, band.cutoff
+        self.band, self._advance, self._speed = band, values[ADVANCE], values[SPEED]
+        self._every = every = _divisor(band.every, passing.rate / (SAMPLES * PASSED * cutoff))
+        self._lead, rows = passing.lead // every, len(range(0, len(passing.readings), every))
+        step = every / passing.rate
+        frequencies = responses.frequencies[responses.frequencies <= PASSED * cutoff]
+        times = np.asarray(np.arange(-self._lead, rows) * step, dtype=float)
+        x = passing.place + self._advance + self._speed * times
+        read = responses.readings(frequencies, x, 0.5 * step * self._speed)
+        size: FloatArray = (
+            band.gain(frequencies) * np.where(frequencies > 0.0, 2.0, 1.0) * responses.frequencies[1] * step
+        )
+        count = int(1.0 / (responses.frequencies[1] * step))
+        lags = np.arange(count) - min(count // 4, int(EARLIER / (cutoff * step)))
+        turn = np.exp(2j * np.pi * frequencies[:, None] * lags * step) * size[:, None]
+        answers = np.concatenate([read.real, -read.imag], axis=1).transpose(0, 2, 1) @ np.vstack([turn.real, turn.imag])
+        shape = rows, len(times)
+        self._parts = [dia_array((one.T, self._lead - lags), shape=shape) for one in answers]
+        self._count = passing.lead + len(passing.readings) + AFTER
+        whole = np.fft.rfftfreq(self._count, 1.0 / passing.rate)
+        self.frequencies = whole[whole < PASSED * cutoff]
+
+    def of(self, forces: FloatArray, values: Values | None = None) -> FloatArray:
+        """Return the readings after the low-pass, N, (samples, sensors).
+
+        Parameters
+        ----------
+        forces
+            At the samples of a run, N.
+        values
+            Of the wheel, where its speed or its place differ.
+        """
+        passing, every = self.band.passing, self._every
+        ahead, speed = (0.0, self._speed) if values is None else (values[ADVANCE] - self._advance, values[SPEED])
+        other = ahead != 0.0 or speed != self._speed
+        if other:  # the same places are passed at other times
+            times = np.arange(-passing.lead, len(passing.readings)) / passing.rate
+            forces = _at(times, forces * self._speed / speed, (self._speed * times - ahead) / speed)
+        taken = self._taken(forces if every == 1 else low_passed(forces, passing.rate, 0.45 * passing.rate / every, 8))
+        rows = np.stack([part @ taken for part in self._parts], axis=1)
+        found = rows if every == 1 else resample_poly(rows, every, 1)[: len(passing.readings)]
+        return _at(passing.seconds, found, (ahead + speed * passing.seconds) / self._speed) if other else found
+
+    def spectra(self, forces: FloatArray) -> ComplexArray:
+        """Return what `of_spectra` takes, (frequencies, ...), of forces at the samples of a run, N, (samples, ...)."""
+        return np.asarray(np.fft.rfft(forces, self._count, axis=0)[: len(self.frequencies)])
+
+    def of_spectra(self, spectra: ComplexArray) -> FloatArray:
+        """Return the compared readings, N, (readings, columns)."""
+        taken = self._taken(np.fft.irfft(spectra, self._count, axis=0))
+        picked = self.band.picked[:: self._every].T
+        parts: Any = vstack([part.tocsr()[own] for part, own in zip(self._parts, picked, strict=True)], format="csr")
+        return np.asarray(parts @ taken)
+
+    def _taken(self, smooth: FloatArray) -> FloatArray:
+        """Return forces without high frequencies at the times at which they are taken."""
+        first = self.band.passing.lead - self._lead * self._every
+        return np.asarray(smooth[first :: self._every][: self._parts[0].shape[1]])
+
+
+def _divisor(number: int, most: float) -> int:
+    """Return the largest divisor of a number that is not larger than another number, or 1."""
+    return max(one for one in range(1, number + 1) if number % one == 0 and one <= max(1.0, most))
+
+
+def _at(times: FloatArray, values: FloatArray, other: FloatArray) -> FloatArray:
+    """Return what values are at other times; beyond an end as there."""
+    return np.asarray(CubicSpline(times, values)(np.clip(other, times[0], times[-1])))
