@@ -97,8 +97,8 @@ def draw_growth(growth: Growth) -> Figure:
         axis.fill_between(along, line - INTERVAL * off, line + INTERVAL * off, color=RED, alpha=0.2, linewidth=0.0)
     for number, place in enumerate(growth.renewals):
         axis.axvline(place, color="0.4", linestyle="--", linewidth=0.9, label="" if number else "renewed before")
-    since = f" since {growth.time(0.0)}" if growth.start else ""
-    axis.set(xlabel=f"{growth.unit}{since}", ylabel="length of the flat [mm]", ylim=(0.0, None))
+    when = f"time since {growth.time(0.0)}" if growth.start else "when the wheel passed"
+    axis.set(xlabel=f"{when} [{growth.unit}]", ylabel="length of the flat [mm]", ylim=(0.0, None))
     axis.set_title(str(growth), fontsize=8, loc="left", pad=22.0)
     legend_above(axis, 4)
     return figure

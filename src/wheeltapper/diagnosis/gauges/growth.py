@@ -18,7 +18,7 @@ from wheeltapper.diagnosis.gauges.finding import INTERVAL, WheelFinding
 from wheeltapper.diagnosis.gauges.lines import Lengths, Lines, around, changes, lines_of
 from wheeltapper.diagnosis.gauges.scan import FOUND
 from wheeltapper.diagnosis.gauges.sizing import LONGER, NAMES
-from wheeltapper.ground.arguments import as_quantity, check_text
+from wheeltapper.ground.arguments import as_list, as_quantity, check_text
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.shown import Shown
 
@@ -138,8 +138,10 @@ class Growth(Shown):
     @property
     def rate_interval(self) -> tuple[float, float] | None:
         """The 90 % interval of `rate`."""
-        rate, half = self.rate, INTERVAL * float(np.sqrt(self.courses[-1].covariance[1, 1]))
-        return None if rate is None else (rate - half, rate + half)
+        if self.rate is None:
+            return None
+        half = INTERVAL * float(np.sqrt(self.courses[-1].covariance[1, 1]))
+        return self.rate - half, self.rate + half
 
     @property
     def length(self) -> float | None:
@@ -151,8 +153,10 @@ class Growth(Shown):
     def length_interval(self) -> tuple[float, float] | None:
         """The 90 % interval of `length`, with the error that all passages share."""
         last = self.courses[-1]
+        if not last.found:
+            return None
         length, deviation = last.length(last.last)
-        return (length - INTERVAL * deviation, length + INTERVAL * deviation) if last.found else None
+        return length - INTERVAL * deviation, length + INTERVAL * deviation
 
     def reached(self, length: float | str) -> dict[str, float | None]:
         """Return when the flat will have a length; None: never as it grows now.
@@ -186,7 +190,7 @@ class Growth(Shown):
         """Return a time or distance as text: the minute, if passages had times."""
         if not self.start:
             return f"{self.unit} {at:.6g}"
-        return str(np.datetime64(self.start) + np.timedelta64(round(1440.0 * at), "m")).replace("T", " ")
+        return str(np.datetime64(self.start, "m") + np.timedelta64(round(1440.0 * at), "m")).replace("T", " ")
 
     def __repr__(self) -> str:
         return f"<Growth: {self}>"
@@ -198,7 +202,7 @@ class Growth(Shown):
             said.append(f"no flat since {self.time(self.courses[-1].first)}")
         else:
             low, high = (1e3 * one for one in self.length_interval)
-            said.append(f"{1e3 * self.length:.1f} mm long (90 %: {low:.1f} to {high:.1f})")
+            said.append(f"{1e3 * self.length:.1f} mm long at the last passage (90 %: {low:.1f} to {high:.1f})")
         if self.rate is not None and self.rate_interval is not None:
             low, high = (1e3 * one for one in self.rate_interval)
             said.append(f"grows by {1e3 * self.rate:.3g} mm a {self.unit} (90 %: {low:.3g} to {high:.3g})")
@@ -228,6 +232,11 @@ class Growth(Shown):
             "unit": self.unit, "start": self.start, "length": self.length, "length_interval": self.length_interval,
             "rate": self.rate, "rate_interval": self.rate_interval, "renewals": list(self.renewals),
             "chi_squared_reduced": self.reduced, "line_holds": self.holds, "notes": list(self.notes),
+            "courses": [
+                {"first": one.first, "last": one.last, "begins": one.begins, "found": one.found,
+                 "healthy": one.healthy, "rate": float(one.line[1]) if one.found > 1 else None}
+                for one in self.courses
+            ],
             "passages": [
                 {"at": one.at, "kind": one.kind, "length": one.length if one.kind != HEALTHY else None, "own": one.own}
                 for one in self.passages
@@ -265,7 +274,7 @@ def wheel_growth(
     InputError
         If numbers of passages and times differ, a passage is none, or none says whether there is a flat.
     """
-    given = list(passages)
+    given = as_list(passages, "passages", "findings of one wheel")
     check_text(unit, "unit")
     places, start = _places(at)
     if len(places) != len(given):
@@ -305,14 +314,14 @@ def what_is_told(wheel: WheelFinding | Mapping[str, Any]) -> dict[str, Any] | No
 
 def _places(at: Sequence[Any]) -> tuple[FloatArray, str]:
     """Return when passages were, in days from the first one where times are given, and that time."""
-    given = np.array(list(at))
+    given = np.array(as_list(at, "at", "numbers, or times"))
     if given.dtype.kind in "iuf" and np.isfinite(given).all():
         return given.astype(float), ""
     try:
         times = given.astype("datetime64[s]")
-    except ValueError:
+    except (ValueError, TypeError):
         times = np.array(["NaT"], "datetime64[s]")
-    if given.dtype.kind not in "UM" or np.isnat(times).any():
+    if given.dtype.kind not in "UMO" or np.isnat(times).any():
         raise InputError("", "at", value_text(at), "numbers, or times such as '2026-11-23T08:12'")
     first = times.min()
     return (times - first) / np.timedelta64(1, "D"), str(first)

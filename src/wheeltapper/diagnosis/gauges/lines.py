@@ -18,14 +18,15 @@ from wheeltapper.diagnosis.gauges.weighing import Weights
 
 FloatArray = NDArray[np.float64]
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Parts of the model's error (`OWN_LENGTH`) that are of each passage alone. Nobody knows the part: each is tried."""
+"""All passages share the model's error `OWN_LENGTH`. Each has an error of its own besides, with these parts of its
+variance: nobody knows the part, and each is tried."""
 MISSED = 0.05
 """A wheel counts as healthy with this probability however long its flat is."""
 NINE_TENTHS = 1.2816
 """The normal quantile of nine tenths."""
 PENALTY = 20.0
-"""A course begins anew where this lowers -2 log likelihood by so much. In 400 drawn courses of 50 passages without a
-change none was found."""
+"""A course begins anew where this lowers -2 log likelihood by so much. In 1200 drawn courses of 50 passages without a
+change none did."""
 MUCH = 1.3
 """And where its flat is so many times longer or shorter than that of the course before: wear does neither at once."""
 WIDEST = 0.1
@@ -106,7 +107,7 @@ class Lines(NamedTuple):
 
 
 def _fitted(data: Lengths, starts: Sequence[int], share: float) -> Lines:
-    """Return the lines of courses that begin at these passages; `share`: of the model's error, each passage's own."""
+    """Return the lines of courses that begin at these passages; `share` is one of `SHARES`."""
     course, found = data.course(starts), data.found
     courses = np.unique(course[found])
     centres = np.array([data.at[found & (course == one)].mean() for one in courses])
@@ -117,7 +118,7 @@ def _fitted(data: Lengths, starts: Sequence[int], share: float) -> Lines:
     flawed = own.any(axis=1)
     span = max(float(np.ptp(data.at)), 1e-9)
     before = np.diag(np.tile([0.0, (span / WIDEST) ** 2], len(courses)))
-    line, shared = own @ means, np.column_stack([data.common, np.full(len(course), np.sqrt(1.0 - share) * OWN_LENGTH)])
+    line, shared = own @ means, np.column_stack([data.common, np.full(len(course), OWN_LENGTH)])
     own_error = np.sqrt(np.maximum(data.own**2 + share * OWN_LENGTH**2, 1e-8))
     for _ in range(ROUNDS if len(courses) else 0):
         at_least = np.maximum(line, LEAST)
