@@ -241,7 +241,8 @@ DAMAGES = {
     "ALTER TABLE recordings RENAME COLUMN mark TO marks": "a table recordings without mark",
     "DROP TABLE alarms": "no table alarms",
     "PRAGMA foreign_keys = OFF; DELETE FROM trains WHERE train = 1": "a row of wheels without its row of trains",
-    "PRAGMA user_version = 2": "a database with the version 2 and 10 tables",
+    "UPDATE wheels SET told = '{}', identity = 'x' WHERE train = 1": "a wheel of train 1 without all that a model",
+    "PRAGMA user_version = 3": "a database with the version 3 and 10 tables",
 }  # fmt: skip
 
 
@@ -271,6 +272,67 @@ def test_a_database_that_was_changed_is_refused_in_one_line(site_report, tmp_pat
     held.executescript(change)
     held.close()
     assert told in refused_database(folder, file, capsys)
+
+
+def test_a_database_of_an_older_version_is_taken_on(site_report, tmp_path):
+    file, folder = damaged(site_report, tmp_path)
+    held = sqlite3.connect(file)
+    for column in ("model", "size", "told"):
+        held.execute(f"ALTER TABLE wheels DROP COLUMN {column}")
+    held.execute("PRAGMA user_version = 1")
+    (before,) = held.execute("SELECT count(*) FROM wheels").fetchone()
+    held.close()
+    assert reported(folder, "--database", str(file)) == 0
+    assert "4711 wheelset 6 left" in Page(tmp_path / "out" / "index.html").text
+    held = sqlite3.connect(file)
+    assert held.execute("PRAGMA user_version").fetchone() == (2,)
+    assert held.execute("SELECT count(*), count(told) FROM wheels").fetchone() == (before, 0)
+    held.close()
+
+
+def test_a_flat_is_followed_over_its_passages_until_the_wheel_is_renewed(tmp_path, monkeypatch):
+    from wheeltapper.faces.report import answers
+
+    lengths = [0.030, 0.031, 0.032, 0.033, 0.0, 0.0, 0.0, 0.0]
+    folder = tmp_path / "in"
+    folder.mkdir()
+    for day in range(len(lengths)):
+        written(folder / f"2026-11-2{day}T08-12_id=4711.npz", seed=day, wagons=1)
+
+    def with_models(found, *_):
+        """Answer as if the site had a track: the third axle's wheel has a flat, or none; others were only looked at."""
+        seen = {"fresh_flat_found_from": {"half": 0.015, "nine_tenths": 0.018}}
+        for axle in found[0].finding.axles:
+            axle["wheels"][0].update(seen)
+        length = lengths[int(found[0].finding.name[9])]
+        if length:
+            found[0].finding.axles[2]["wheels"][0]["finding"] = seen | {
+                "verdict": "wheel flat", "probabilities": {"wheel flat": 1.0}, "alike": [], "size": length,
+                "size_interval": [0.98 * length, 1.02 * length], "size_unit": "m", "largest_force": 2e5,
+                "sizes": {"wheel flat": {"size": length}},
+                "errors": {"wheel flat": {"own": 0.01, "common": {"contact.constant_per_wheel": 0.01}}},
+            }  # fmt: skip
+        return found
+
+    monkeypatch.setattr(answers, "with_models", with_models)
+    assert reported(folder) == 0
+    page = Page(tmp_path / "out" / "index.html")
+    assert "Flats over their passages" in page.text
+    assert "renewed before 2026-11-24 08:12" in page.text
+    dots = [held for tag, held in page.elements if tag == "circle" and held["class"] in ("flaw", "fine")]
+    assert [one["class"] for one in dots].count("flaw") == 4
+    (flat,) = json.loads((tmp_path / "out" / "index.json").read_text(encoding="utf-8"))["flats"]
+    assert flat["identity"].startswith("4711 wheelset")
+    assert flat["renewals"] == [4.0]
+    assert "renewed before 2026" not in Page(next((tmp_path / "out").glob("2026-11-23*.html"))).text
+    before = " ".join(Page(next((tmp_path / "out").glob("2026-11-23*.html"))).text.split())
+    assert re.search(r"33\.0 ± \d\.\d 30\.\d ± \d", before)  # mm now, and in 30 days
+    held = sqlite3.connect(tmp_path / "out" / "findings.db")
+    sizes = held.execute("SELECT model, size FROM wheels WHERE told IS NOT NULL AND size IS NOT NULL").fetchall()
+    (healthy,) = held.execute("SELECT count(*) FROM wheels WHERE model = 'healthy'").fetchone()
+    held.close()
+    assert sizes == [("wheel flat", one) for one in lengths if one]
+    assert healthy == 4 * len(lengths) - 4
 
 
 def test_a_database_with_a_damaged_page_is_refused_when_it_is_opened(site_report, tmp_path, capsys):

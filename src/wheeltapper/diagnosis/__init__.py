@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from wheeltapper.diagnosis.force.imitation_map import imitation_map as imitation_map
     from wheeltapper.diagnosis.force.reconstruction import imitation as imitation
     from wheeltapper.diagnosis.force.reconstruction import reconstructed as reconstructed
+    from wheeltapper.diagnosis.gauges.growth import wheel_growth as wheel_growth
     from wheeltapper.diagnosis.identification import identify as identify
     from wheeltapper.diagnosis.inference.combinations import combinations as combinations
     from wheeltapper.diagnosis.inference.information import information as information
@@ -68,6 +69,7 @@ _HOMES = {
     "roc": "diagnosis.detection.roc",
     "signal_response": "diagnosis.detection.signal_response",
     "synthesise_train": "diagnosis.site.synthetic",
+    "wheel_growth": "diagnosis.gauges.growth",
     "write_recording": "record.recordings.writing",
 }
 """Public names of the room, and the module that holds each."""

@@ -1,4 +1,4 @@
-"""Pictures of wheels to which a model was fitted: gauges against model, what is left, the force, and peaks to come."""
+"""Pictures of wheels to which a model was fitted: what gauges showed of a passage, and how a flat grows over many."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wheeltapper.diagnosis.alarms import PEAKS
-from wheeltapper.diagnosis.finding import NOT_EXPLAINED
-from wheeltapper.diagnosis.gauges.finding import WheelFinding
+from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
+from wheeltapper.diagnosis.gauges.finding import INTERVAL, WheelFinding
+from wheeltapper.diagnosis.gauges.growth import Growth
 from wheeltapper.diagnosis.gauges.sizing import HIGHEST
-from wheeltapper.faces.panels import BLUE, RED, legend_above
+from wheeltapper.faces.panels import BLUE, GREEN, RED, legend_above, panels
 from wheeltapper.record.assessment.filtering import low_passed
 
 if TYPE_CHECKING:
@@ -75,3 +76,29 @@ def draw_wheel(figure: Figure, finding: WheelFinding) -> None:
         later.fill_between(outlook.speed, low, high, color=colour, alpha=0.2, linewidth=0.0)
     later.set(xlabel="speed [m/s]", ylabel="peak to come [kN]", ylim=(0.0, None))
     legend_above(later, 2)
+
+
+def draw_growth(growth: Growth) -> Figure:
+    """Draw lengths of a flat over the passages of its wheel, their lines with 90 % intervals, and renewals."""
+    figure, (axis,) = panels(width=9.0, height=4.0)
+    flats = [one for one in growth.passages if one.kind != HEALTHY]
+    at, lengths = [one.at for one in flats], 1e3 * np.array([one.length for one in flats])
+    own = INTERVAL * lengths * np.array([one.own for one in flats])
+    axis.errorbar(at, lengths, own, fmt="o", color=BLUE, markersize=3.5, linewidth=0.8, label="length, own error")
+    sound = [one for one in growth.passages if one.kind == HEALTHY]
+    if sound:
+        unseen = [1e3 * one.unseen[0] for one in sound]
+        axis.plot([one.at for one in sound], unseen, "v", color=GREEN, markersize=5, label="healthy, or shorter")
+    lines = [course for course in growth.courses if course.found > 1]
+    for number, course in enumerate(lines):
+        along = np.linspace(course.first, course.last, 50)
+        line, off = 1e3 * np.array([course.length(one) for one in along.tolist()]).T
+        axis.plot(along, line, color=RED, label="" if number else "line, 90 %")
+        axis.fill_between(along, line - INTERVAL * off, line + INTERVAL * off, color=RED, alpha=0.2, linewidth=0.0)
+    for number, place in enumerate(growth.renewals):
+        axis.axvline(place, color="0.4", linestyle="--", linewidth=0.9, label="" if number else "renewed before")
+    when = f"time since {growth.time(0.0)}" if growth.start else "when the wheel passed"
+    axis.set(xlabel=f"{when} [{growth.unit}]", ylabel="length of the flat [mm]", ylim=(0.0, None))
+    axis.set_title(str(growth), fontsize=8, loc="left", pad=22.0)
+    legend_above(axis, 4)
+    return figure

@@ -7,14 +7,17 @@ from math import exp
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
 from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
+from wheeltapper.diagnosis.gauges.fit import Fit
 from wheeltapper.diagnosis.gauges.known import Known
 from wheeltapper.diagnosis.gauges.orders import OutOfRound
 from wheeltapper.diagnosis.gauges.outlook import outlook
 from wheeltapper.diagnosis.gauges.passing import FORCE, LENGTH, POSITION, SPEED, Passing
+from wheeltapper.diagnosis.gauges.scan import FOUND
+from wheeltapper.diagnosis.gauges.shares import shares_of
 from wheeltapper.diagnosis.gauges.sizing import NAMES, Sized
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
@@ -24,10 +27,13 @@ from wheeltapper.record.arrays import as_array
 if TYPE_CHECKING:
     import xarray as xr
 
+FloatArray = NDArray[np.float64]
 EXPLAINED = 3.0
 """The largest χ² of a reading that a model leaves. Flats from another program, on another track, left 0.9 to 1.7."""
 TEMPER = 10.0
 """Differences of χ² count this part of themselves in probabilities: the model errs by more than noise does."""
+LENGTHS = (0.015, 0.025, 0.035, 0.05, 0.07, 0.1)
+"""Of flats whose peaks are told by `breaking_length`, m; between them peaks are interpolated."""
 SPEEDS = (10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0)
 """At which peaks are told if none are asked for, m/s."""
 INTERVAL = 1.645
@@ -74,8 +80,7 @@ class WheelFinding(Shown):
     @property
     def unseen(self) -> tuple[float, float]:
         """Lengths of fresh flats, m, that would be found on half of the circumference, and on nine tenths of it."""
-        half, most = np.quantile(self.sized.seen.smallest, [0.5, 0.9])
-        return float(half), float(most)
+        return self.sized.seen.unseen
 
     @property
     def probabilities(self) -> dict[str, float]:
@@ -151,14 +156,7 @@ class WheelFinding(Shown):
         InputError
             If the wheel has no flat that explains its readings.
         """
-        best = self.sized.best
-        if best is None or self.verdict == NOT_EXPLAINED:
-            raise InputError("", "", f"a wheel that is {self.verdict}", "one with a flat")
-        forces = [best.values[FORCE]] if static_forces is None else static_forces
-        asked = [
-            np.atleast_1d(as_array(values, name, "numbers", kind))
-            for values, name, kind in ((speeds, "speeds", "speed"), (forces, "static_forces", "force"))
-        ]
+        best, asked = self._flat_and(speeds, static_forces)
         return outlook(self.known.scene, best, self.sized.deviation(best.shape), *asked)
 
     def breaking_speed(
@@ -189,6 +187,51 @@ class WheelFinding(Shown):
             out[name] = float(speeds[np.argmax(over)]) if over.any() else None
         return out
 
+    def breaking_length(
+        self, limit: float | str, speed: float | str, *, below_500: bool = False,
+        static_force: float | str | None = None,
+    ) -> dict[str, float | None]:  # fmt: skip
+        """Return the length from which on the wheel's peak at a speed is more than a limit, m; None: from none on.
+
+        Parameters
+        ----------
+        limit
+            Of one wheel's force, N or as "350 kN".
+        speed
+            m/s, or as "80 km/h".
+        below_500, static_force
+            As for `breaking_speed`.
+
+        Returns
+        -------
+        dict
+            Of the median peak, and of the "high" and "low" ones, between which nine of ten lie.
+        """
+        most = as_quantity(limit, "limit", "force")
+        name = "largest_below_500" if below_500 else "largest_force"
+        best, asked = self._flat_and([speed], static_force)
+        row, at = best.covariance[best.names.index(LENGTH)], best.names.index(LENGTH)
+        known = best._replace(covariance=best.covariance - np.outer(row, row) / row[at])  # as if the length were known
+        fits = [known._replace(values={**best.values, LENGTH: one}) for one in LENGTHS]
+        peaks = [outlook(self.known.scene, fit, 0.0, *asked)[name] for fit in fits]
+        lengths = np.linspace(LENGTHS[0], LENGTHS[-1], 301)
+        out: dict[str, float | None] = {}
+        for quantile in peaks[0]["quantile"].values.tolist():
+            over = np.interp(lengths, LENGTHS, [float(one.sel(quantile=quantile).squeeze()) for one in peaks]) > most
+            out[quantile] = float(lengths[np.argmax(over)]) if over.any() else None
+        return out
+
+    def _flat_and(self, speeds: ArrayLike, static_forces: ArrayLike | None) -> tuple[Fit, list[FloatArray]]:
+        """Return the flat, and speeds, m/s, and static forces, N, as arrays; refuse a wheel without a flat."""
+        best = self.sized.best
+        if best is None or self.verdict == NOT_EXPLAINED:
+            raise InputError("", "", f"a wheel that is {self.verdict}", "one with a flat")
+        forces = [best.values[FORCE]] if static_forces is None else static_forces
+        return best, [
+            np.atleast_1d(as_array(values, name, "numbers", kind))
+            for values, name, kind in ((speeds, "speeds", "speed"), (forces, "static_forces", "force"))
+        ]
+
     def to_dict(self) -> dict[str, Any]:
         """Return everything but samples, in SI units."""
         best, shown = self.sized.best, self.sized.shown
@@ -206,6 +249,7 @@ class WheelFinding(Shown):
             "size_interval": None if interval is None else list(interval),
             "size_unit": "" if size is None else "m",
             "sizes": {name: {"size": one, "size_interval": list(ends)} for name, (one, ends) in self.sizes.items()},
+            "errors": self._errors(),
             "place": self.direction * best.values[POSITION] if best is not None and own else None,
             "speed": best.values[SPEED] if best is not None and own else self.passing.speed,
             "static_force": best.values[FORCE] if best is not None and own else self.passing.static_force,
@@ -215,5 +259,12 @@ class WheelFinding(Shown):
             "gain": self.sized.gain,
             "estimates": values,
             "orders": [] if self.out_of_round is None else self.out_of_round.rows(),
-            "fresh_flat_found_from": {"half": self.unseen[0], "nine_tenths": self.unseen[1]},
+            FOUND: self.sized.seen.found_from,
         }
+
+    def _errors(self) -> dict[str, dict[str, Any]]:
+        """Return by fault what part of its length's error is of this passage, and which of what others share."""
+        gains = {one.name: one.gain_uncertainty for one in self.passing.sensors}
+        fits = self.sized.fits.values() if self.sized.best is not None else ()
+        told = {NAMES[one.shape]: shares_of(one, self.known.spread, gains) for one in fits}
+        return {name: {"own": own, "common": common} for name, (own, common) in told.items()}

@@ -42,6 +42,8 @@ FINE = 4.5
 """Places that are tried are this part of the shortest wave that is read apart."""
 SHORTEST, LONGEST = 0.01, 0.08
 """Of a flat that is found, m."""
+FOUND = "fresh_flat_found_from"
+"""Name of `Seen.found_from` among what is told of a wheel."""
 APART = 0.03
 """Places of a flat that are no farther apart are one, m."""
 
@@ -89,6 +91,17 @@ class Seen(NamedTuple):
     def gain(self) -> float:
         """By how much χ² falls, by a flat or by waves."""
         return max(self.candidates[0].gain, self.orders.gain)
+
+    @property
+    def unseen(self) -> tuple[float, float]:
+        """Lengths of fresh flats, m, that would be found on half of the circumference, and on nine tenths of it."""
+        half, most = np.quantile(self.smallest, [0.5, 0.9])
+        return float(half), float(most)
+
+    @property
+    def found_from(self) -> dict[str, float]:
+        """The same by the shares, for JSON."""
+        return dict(zip(("half", "nine_tenths"), self.unseen, strict=True))
 
     @property
     def is_round(self) -> bool:

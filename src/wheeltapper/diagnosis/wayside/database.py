@@ -15,8 +15,10 @@ from typing import Any
 
 from wheeltapper.ground.errors import InputError, brief
 
-FORMAT = 1
+FORMAT = 2
 """Version of the tables, kept as `user_version`."""
+ADDED = {1: {"wheels": ("model TEXT", "size REAL", "told TEXT")}}
+"""Columns that tables of older versions lack, by version; they are added, and are empty for what is there."""
 WAITING = 30.0
 """Longest time to wait for another process that writes, s."""
 TABLES = """
@@ -29,7 +31,7 @@ CREATE TABLE trains (
 CREATE TABLE wheels (
     train INTEGER NOT NULL REFERENCES trains ON DELETE CASCADE, axle INTEGER NOT NULL, side TEXT NOT NULL,
     vehicle INTEGER, identity TEXT, speed REAL, static_force REAL, largest_force REAL, strikes INTEGER NOT NULL,
-    repeats_after REAL, finding TEXT NOT NULL, PRIMARY KEY (train, axle, side));
+    repeats_after REAL, finding TEXT NOT NULL, model TEXT, size REAL, told TEXT, PRIMARY KEY (train, axle, side));
 CREATE TABLE alarms (
     train INTEGER NOT NULL REFERENCES trains ON DELETE CASCADE, axle INTEGER NOT NULL, side TEXT NOT NULL,
     rule TEXT NOT NULL, level TEXT NOT NULL, quantity TEXT NOT NULL, value REAL NOT NULL, "limit" REAL NOT NULL);
@@ -37,10 +39,14 @@ CREATE INDEX wheels_of_identity ON wheels (identity) WHERE identity IS NOT NULL;
 CREATE INDEX trains_of_recording ON trains (recording);
 CREATE INDEX alarms_of_train ON alarms (train);
 """
-"""The tables; forces in N, speeds in m/s, lengths in m, times as text (ISO 8601). `summary` is JSON."""
+"""The tables; forces in N, speeds in m/s, lengths in m, times as text (ISO 8601). `summary` is JSON.
+
+Of wheels that a model of wheel and track tells of, `model` is its verdict, `size` the length of the flat or the
+amplitude, and `told` what growth needs (JSON of `wheeltapper.diagnosis.gauges.growth.what_is_told`).
+"""
 OF_WHEELS = (
     "axle", "side", "vehicle", "identity", "speed", "static_force", "largest_force", "strikes", "repeats_after",
-    "finding",
+    "finding", "model", "size", "told",
 )  # fmt: skip
 OF_ALARMS = ("axle", "side", "rule", "level", "quantity", "value", "limit")
 
@@ -50,6 +56,8 @@ TYPED = {
     "trains": {"number": "integer", "page": "text", "summary": "text"},
 }
 """Columns of which nothing else than these types is written, by table; SQLite takes any."""
+TOLD = {"verdict", "alike", "flats", "fresh_flat_found_from"}
+"""What `told` of every wheel has."""
 BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 
@@ -103,6 +111,12 @@ class Findings:
             (version,) = self._held.execute("PRAGMA user_version").fetchone()
             (tables,) = self._held.execute("SELECT count(*) FROM sqlite_master").fetchone()
             if version == FORMAT:
+                return
+            if version in ADDED:
+                for table, columns in ADDED[version].items():
+                    for column in columns:
+                        self._held.execute(f"ALTER TABLE {table} ADD COLUMN {column}")
+                self._held.execute(f"PRAGMA user_version = {FORMAT}")
                 return
             if version or tables:
                 found = f"a database with the version {version} and {tables} tables and indices"
@@ -224,7 +238,7 @@ class Findings:
     def courses(self, identities: Sequence[str] | None = None, until: str = "9999") -> list[dict[str, Any]]:
         """Return the passages of wheels with an identity till some time, by identity and time; of some wheels, or all.
 
-        Each has passed, name, page, and what `OF_WHEELS` names.
+        Each has passed, name, page, and what `OF_WHEELS` names; `told` is read.
         """
         known = "" if identities is None else " AND identity IN (SELECT value FROM json_each(?))"
         rows = self._held.execute(
@@ -233,4 +247,16 @@ class Findings:
             "ORDER BY identity, passed, recordings.name, number",
             (until,) if identities is None else (until, json.dumps(list(identities))),
         )
-        return [dict(row) for row in rows]
+        return [dict(row) | {"told": self._told(row)} for row in rows]
+
+    def _told(self, row: sqlite3.Row) -> dict[str, Any] | None:
+        """Return what a model has told of a wheel; refuse what is no such thing."""
+        if row["told"] is None:
+            return None
+        try:
+            held = json.loads(row["told"])
+        except (TypeError, ValueError):
+            held = None
+        if not isinstance(held, dict) or not held.keys() >= TOLD:
+            raise self._refusal(f"a wheel of train {row['train']} without all that a model has told of it")
+        return held

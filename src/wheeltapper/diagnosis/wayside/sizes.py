@@ -22,7 +22,7 @@ from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.gauges.finding import WheelFinding
 from wheeltapper.diagnosis.gauges.known import Known, known_of
 from wheeltapper.diagnosis.gauges.passing import LENGTH, SPEED, Passing, Runs
-from wheeltapper.diagnosis.gauges.scan import SCREENED, Scan, Seen
+from wheeltapper.diagnosis.gauges.scan import FOUND, SCREENED, Scan, Seen
 from wheeltapper.diagnosis.gauges.sizing import FIRST_NOISE, Sized, scan_of, size_of, sized_flat, values_of
 from wheeltapper.diagnosis.wayside.channels import Channel
 from wheeltapper.diagnosis.wayside.deck import Diagnosed
@@ -308,15 +308,23 @@ def with_sizes(found: Measured, site: Site, which: Diagnosed) -> Measured:
         if cut:
             where = f"{axles_text(cut)} {side.side or ''}".rstrip()
             notes.append(f"{where}: not weighed, or cut off by an end of the recording; no model is fitted")
-        for axle, finding in _findings(wheels, which, {a for a, strikes in enumerate(side.strikes) if strikes}).items():
-            entries[axle]["wheels"][number]["finding"] = finding.to_dict()
-            shown[axle + 1, side.side] = finding
+        found_there, seen = _findings(wheels, which, {a for a, strikes in enumerate(side.strikes) if strikes})
+        for axle, one in seen.items():
+            entry = entries[axle]["wheels"][number]
+            if axle in found_there:
+                entry["finding"] = found_there[axle].to_dict()
+                shown[axle + 1, side.side] = found_there[axle]
+            else:
+                entry[FOUND] = one.found_from
     told = replace(found.finding, axles=tuple(entries), notes=(*found.finding.notes, *notes), wheels=shown)
     return found._replace(finding=told)
 
 
-def _findings(wheels: Wheels, which: Diagnosed, struck: set[int]) -> dict[int, WheelFinding]:
-    """Return what is found of wheels, by axle: the most conspicuous ones first, since they are felt by others."""
+def _findings(wheels: Wheels, which: Diagnosed, struck: set[int]) -> tuple[dict[int, WheelFinding], dict[int, Seen]]:
+    """Return what is found of wheels, by axle, and what was seen of all before.
+
+    The most conspicuous ones come first, since they are felt by others.
+    """
     passings = {axle: wheels.passing(axle) for axle in range(len(wheels.forces)) if wheels.is_whole(axle)}
     seen = {axle: wheels.look(passing) for axle, passing in passings.items()}
     asked = [axle for axle in seen if which == "all" or axle in struck or seen[axle].gain >= SCREENED]
@@ -337,7 +345,7 @@ def _findings(wheels: Wheels, which: Diagnosed, struck: set[int]) -> dict[int, W
             )
             out[axle] = WheelFinding(sized, passings[axle], rail.known, wheels.direction)
             wheels.keep(axle, sized)
-    return out
+    return out, seen
 
 
 def _has_changed(before: Mapping[int, tuple[float, float]], now: Mapping[int, tuple[float, float]]) -> bool:

@@ -16,6 +16,7 @@ from wheeltapper.diagnosis.train import TrainFinding, cell_text
 from wheeltapper.diagnosis.wayside.measure import NO_FORCE, NO_STRIKES, STRIKES
 from wheeltapper.faces.report.answers import FINDINGS, FLAWED, Train
 from wheeltapper.faces.report.drawing import drawing_of
+from wheeltapper.faces.report.flats import Flat
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -83,7 +84,7 @@ def summary_of(train: Train) -> dict[str, Any]:
 
 def train_page(
     train: Train, number: int, passed: tuple[str, bool], identities: Mapping[tuple[int, str | None], str],
-    courses: Sequence[Mapping[str, Any]], notes: Sequence[str],
+    courses: Sequence[Mapping[str, Any]], flats: Sequence[Flat], notes: Sequence[str],
 ) -> str:  # fmt: skip
     """Return the page of a train.
 
@@ -95,8 +96,8 @@ def train_page(
         Time of the passage, and whether the recording states it.
     identities
         Names of its wheels, by axle and side.
-    courses
-        Of these wheels, `courses_of`.
+    courses, flats
+        Of these wheels, `courses_of` and `flats_of`.
     notes
         What else is to be said.
     """
@@ -116,7 +117,7 @@ def train_page(
         drawing=drawing_of(finding.axles, finding.vehicles, train.wheels), wheels=train.wheels,
         columns=[column for column in finding.columns() if column[0] not in LEFT_OUT],
         vehicles=finding.vehicles, notes=[*notes, *finding.notes],
-        courses=courses[:COURSES], known=len(courses),
+        courses=courses[:COURSES], known=len(courses), flats=flats[:COURSES],
     )  # fmt: skip
 
 
@@ -128,12 +129,12 @@ def _kept(finding: TrainFinding) -> list[str]:
 
 def index_page(
     site: str, recordings: Sequence[Mapping[str, Any]], counts: Mapping[str, int],
-    courses: Sequence[Mapping[str, Any]], others: Sequence[str],
+    courses: Sequence[Mapping[str, Any]], flats: Sequence[Flat], others: Sequence[str],
 ) -> str:  # fmt: skip
     """Return the index: recordings (the latest first), how many have each answer, courses, and what is no recording."""
     return _templates().get_template("index.html").render(
         title=site or "trains", recordings=recordings, counts=counts, total=sum(counts.values()),
-        courses=courses[:COURSES], known=len(courses), others=others,
+        courses=courses[:COURSES], known=len(courses), flats=flats[:COURSES], others=others,
     )  # fmt: skip
 
 

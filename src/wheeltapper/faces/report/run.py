@@ -12,6 +12,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from wheeltapper.diagnosis.gauges.growth import what_is_told
 from wheeltapper.diagnosis.kept import digest_of
 from wheeltapper.diagnosis.processes import Lost, in_processes
 from wheeltapper.diagnosis.wayside.database import Findings
@@ -19,6 +20,7 @@ from wheeltapper.diagnosis.wayside.identities import Identity, named_wheels, rea
 from wheeltapper.diagnosis.wayside.sources import Source, sources_in
 from wheeltapper.faces.exits import write_whole
 from wheeltapper.faces.report.answers import NOT_MEASURED, Answer, Asked, Train, answer_source
+from wheeltapper.faces.report.flats import flats_of
 from wheeltapper.faces.report.pages import LATEST, SUMMARY, courses_of, index_page, summary_of, train_page
 from wheeltapper.ground.errors import InputError, printable
 from wheeltapper.ground.locks import locked
@@ -121,8 +123,9 @@ class Report:
                 self.findings.keep_train(
                     row, number, f"{stem}.html", summary_of(train), *_rows_of(train, names)
                 )  # fmt: skip
-                courses = courses_of(self.findings.courses(sorted(names.values()), passed[0]))
-                self._write(f"{stem}.html", train_page(train, number, passed, names, courses, notes))
+                rows = self.findings.courses(sorted(names.values()), passed[0])
+                courses, flats = courses_of(rows), flats_of(rows)
+                self._write(f"{stem}.html", train_page(train, number, passed, names, courses, flats, notes))
                 told = train.finding.to_dict() | {"identities": [[*key, name] for key, name in names.items()]}
                 self._write(f"{stem}.json", json.dumps(told, indent=1, ensure_ascii=False) + "\n")
                 self._write(f"{stem}.csv", _as_csv(train.wheels))
@@ -131,17 +134,19 @@ class Report:
         """Write the index: the page, and all recordings as CSV and JSON."""
         begun = time.monotonic()
         recordings = self.findings.recordings()
-        courses = courses_of(self.findings.courses())
+        rows = self.findings.courses()
+        courses, flats = courses_of(rows), flats_of(rows)
         counts, site = self.findings.counts(), self.asked.site.name
-        page = index_page(site, recordings[:LATEST], counts, courses, self._others)
+        page = index_page(site, recordings[:LATEST], counts, courses, flats, self._others)
         self._write("index.html", page)
         whole = {"site": site, "counts": counts, "others": self._others, "recordings": recordings}
+        whole["flats"] = [{"identity": one.identity, **one.growth.to_dict()} for one in flats]
         self._write("index.json", json.dumps(whole, indent=1, ensure_ascii=False) + "\n")
-        rows = [
+        cells = [
             {name: one[name] for name in ("passed", "name", "answer", "reason")} | _flat(train)
             for one in recordings for train in one["trains"] or [{}]
         ]  # fmt: skip
-        self._write("index.csv", _as_csv(rows))
+        self._write("index.csv", _as_csv(cells))
         self._written = time.monotonic()
         self._took = self._written - begun
 
@@ -159,7 +164,7 @@ def _rows_of(train: Train, names: dict[tuple[int, str | None], str]) -> tuple[li
             "axle": row["axle"], "side": row["side"] or "", "vehicle": row["vehicle"],
             "identity": names.get((row["axle"], row["side"])), "speed": axle["speed"],
             "static_force": own["static_force"], "largest_force": own["largest_force"], "strikes": row["strikes"],
-            "repeats_after": row["repeats_after"], "finding": row["finding"],
+            "repeats_after": row["repeats_after"], "finding": row["finding"], **_of_model(own),
         })  # fmt: skip
     alarms = [
         {"axle": one.axle, "side": one.side, "rule": one.rule.name, "level": one.rule.level,
@@ -167,6 +172,13 @@ def _rows_of(train: Train, names: dict[tuple[int, str | None], str]) -> tuple[li
         for one in train.finding.alarms
     ]  # fmt: skip
     return wheels, alarms
+
+
+def _of_model(wheel: dict[str, Any]) -> dict[str, Any]:
+    """Return the cells of what a model of a wheel on the track told of it; empty ones without such a model."""
+    told, own = what_is_told(wheel), wheel.get("finding", {})
+    text = None if told is None else json.dumps(told)
+    return {"model": own.get("verdict", told and told["verdict"]), "size": own.get("size"), "told": text}
 
 
 def _flat(train: dict[str, Any]) -> dict[str, Any]:
