@@ -20,11 +20,15 @@ LEVEL = "ISO 3095:2013"
 """The roughness is taken to be at this limit; longer waves than its table has go on with the density of its longest."""
 LONGEST, SHORTEST = 0.9, 0.022
 """Wavelengths, m. Longer ones give forces that a slope of the zero line takes up; shorter ones are in no reading."""
+PIVOT = 0.1
+"""Wavelength at which a tilt of the spectrum changes nothing, m."""
 BEYOND = 1.05
 """Waves are of interest up to this times the highest frequency that is read."""
 
 
-def rough_columns(band: Band, responses: Responses, stiffness: float, mass: float, added: float = 0.0) -> FloatArray:
+def rough_columns(
+    band: Band, responses: Responses, stiffness: float, mass: float, added: float = 0.0, tilt: float = 0.0
+) -> FloatArray:
     """Return readings of waves of roughness with the amplitudes of the level, N, (readings, columns).
 
     Parameters
@@ -37,6 +41,8 @@ def rough_columns(band: Band, responses: Responses, stiffness: float, mass: floa
         Of the contact about the static force, N/m, and of the wheel, kg.
     added
         To the level, dB.
+    tilt
+        The power is that of the level times this power of the wavelength over PIVOT.
     """
     passing, cutoff = band.passing, band.cutoff
     width = 1.0 / float(passing.x[-1] - passing.x[0])
@@ -45,7 +51,9 @@ def rough_columns(band: Band, responses: Responses, stiffness: float, mass: floa
     assert density.known is not None
     known = np.maximum(below, 1.0 / density.known[1])
     amplitude = np.sqrt(density.variance_between(known, known + width) * 10.0 ** (0.1 * added))
-    columns = wave_columns(band, responses, stiffness, mass, below + 0.5 * width)
+    middle = below + 0.5 * width
+    amplitude *= (PIVOT * middle) ** (-0.5 * tilt)
+    columns = wave_columns(band, responses, stiffness, mass, middle)
     return np.asarray(columns * np.tile(amplitude, 2))
 
 

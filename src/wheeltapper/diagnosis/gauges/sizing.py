@@ -256,15 +256,15 @@ def _problem(
 ) -> Problem:  # fmt: skip
     """Return a wheel's readings up to a frequency, Hz; their deviation is that of the noise where none is stated, N."""
     passing, scene = runs.passing, runs.scene
-    band, responses = band_of(passing, cutoff), _responses(passing, scene)
+    band, responses = band_of(passing, cutoff), responses_around(passing, scene)
     stiffness = contact_stiffness(values[CONTACT], values[FORCE])
     rough = rough_columns(band, responses, stiffness, values[MASS])
     weights = Weights(band.deviations(deviation or band.noise), rough)
     return Problem(runs, band, responses, Changes(band, responses), weights, rough, values, spread, gain_spread)
 
 
-def _responses(passing: Passing, scene: Scenario) -> Responses:
-    """Return the responses of the track around the sensors."""
+def responses_around(passing: Passing, scene: Scenario) -> Responses:
+    """Return the responses of the scene's track around the sensors of a passing."""
     seat = float(scene.track.first_sleeper)
     places = tuple((float(one.x1) - seat, float(one.x2) - seat) for one in passing.sensors)
     spacing = float(scene.track.spacing)  # whole bays, so that other wheels find them computed
