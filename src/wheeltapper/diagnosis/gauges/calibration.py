@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import null_space
 
 from wheeltapper.describe.paths import value_at
 from wheeltapper.diagnosis.gauges.known import CONTACT, MASS, Known
@@ -27,6 +28,9 @@ ROUNDS, STEPS, LONGEST_STEP = 3, 4, 0.7
 """A fit takes so many rounds of so many steps, each of at most so much of a logarithm."""
 DONE = 0.05
 """It ends where a round raises the likelihood by less."""
+ODD, LOUD = 1.6, 2.3
+"""Wheels count as healthy whose χ² of a reading is less than this, and whose roughness has a power that exceeds that of
+usual ones by a logarithm of less than the other: 10 dB."""
 
 
 class Estimate(NamedTuple):
@@ -56,9 +60,14 @@ class Estimate(NamedTuple):
         own = self.names.index(name)
         return float(np.sqrt(self.covariance[own, own]))
 
+    def scatter(self, name: str) -> float:
+        """Return its standard deviation from one such traffic to another."""
+        precision = np.asarray(np.linalg.inv(self.covariance)) - np.diag(self.before**-2.0)
+        return float(scatter_of(self.covariance, precision)[self.names.index(name)])
 
-def estimated(several: Sequence[Traffic], known: Known, free: bool = False) -> Estimate:
-    """Return the values that explain traffic best.
+
+def estimated(several: Sequence[Traffic], known: Known, begun: Estimate | None = None) -> Estimate:
+    """Return the values that explain traffic best; wheels that are not healthy are left out.
 
     Parameters
     ----------
@@ -66,20 +75,20 @@ def estimated(several: Sequence[Traffic], known: Known, free: bool = False) -> E
         Readings of wheels alike.
     known
         Of the track and its wheels.
-    free
-        Whether the track's values are sought far from the stated ones, too.
+    begun
+        With what was known before. If it is given, values of the track are sought without that, and from far away, too.
     """
     spread = {path: share for path, share in known.spread.items() if path.startswith("track.")}
-    spread = dict.fromkeys(spread, FREE) if free else spread
+    spread = dict.fromkeys(spread, FREE) if begun is not None else spread
     spread |= {path: known.spread[path] for path in (MASS, CONTACT) if path in known.spread} | OWN
     stated = {path: float(value_at(known.scene, path)) for path in {*spread, MASS, CONTACT} - {*OWN}}
     stated |= dict.fromkeys(OWN, 0.0)
     search = _Search(several, stated, spread)
-    if not free:
+    if begun is None:
         return search.from_(stated)
     stiff = [path for path in spread if path.startswith("track.") and path.endswith("stiffness")]
-    begun = [stated] + [stepped(stated, path, float(np.log(by))) for path in stiff for by in STARTS]
-    return search.from_(max(begun, key=search.with_own_level))
+    far = [stepped(stated, path, float(np.log(by))) for path in stiff for by in STARTS]
+    return search.from_(max([begun.values, *far], key=search.with_own_level))
 
 
 class _Search:
@@ -120,12 +129,19 @@ class _Search:
         for _ in range(ROUNDS):
             self.mix(values)
             values, told = self._scored(values)
+            for one in self.several:
+                odd = (one.left_over(values) > ODD) | (np.log(one.mixed.powers) > LOUD)
+                if odd.any() and odd.mean() < 0.5:
+                    one.without(odd)
+                    last = -np.inf
             if told.likelihood < last + DONE:
                 break
             last = told.likelihood
         changes = self.changes(values)
         likelihood = told.likelihood + 0.5 * float(((changes / self.before) ** 2).sum())
-        return Estimate(self.names, values, changes, np.linalg.inv(told.information), self.before, likelihood)
+        return Estimate(
+            self.names, values, changes, np.asarray(np.linalg.inv(told.information)), self.before, likelihood
+        )
 
     def _scored(self, values: dict[str, float]) -> tuple[dict[str, float], Told]:
         told = self.told(values, self.names)
@@ -146,3 +162,49 @@ class _Search:
             if told.likelihood < fell + DONE:
                 break
         return values, told
+
+
+class Pooled(NamedTuple):
+    """What wheels say of quantities: changes, covariance, and their scatter from one such traffic to another."""
+
+    changes: FloatArray
+    covariance: FloatArray
+    scatter: FloatArray
+
+
+def pooled(
+    seen: FloatArray, free: FloatArray, before: FloatArray, floor: float, known: tuple[FloatArray, FloatArray] | None
+) -> Pooled:
+    """Return changes of quantities that each wheel shows, but for combinations that are free of each wheel.
+
+    Parameters
+    ----------
+    seen
+        Changes as wheels show them, (wheels, quantities); those with NaN do not count.
+    free
+        Combinations that are free, (quantities, combinations).
+    before
+        Standard deviations before, (quantities).
+    floor
+        Standard deviation of what all wheels have in common.
+    known
+        Changes that are known besides, and their standard deviations.
+    """
+    whole = seen[np.isfinite(seen).all(axis=1)]
+    precision, sums = np.zeros((len(before), len(before))), np.zeros(len(before))
+    if len(whole) > 1:
+        basis = null_space(free.T)
+        each = whole @ basis
+        middle = np.median(each, axis=0)
+        spread = 1.4826 * np.median(np.abs(each - middle), axis=0) * np.sqrt(np.pi / 2.0 / len(each))
+        own = basis @ np.diag(1.0 / (spread**2 + floor**2)) @ basis.T
+        precision, sums = own, own @ (basis @ middle)
+    if known is not None:
+        precision, sums = precision + np.diag(known[1] ** -2.0), sums + known[0] / known[1] ** 2
+    covariance = np.asarray(np.linalg.inv(precision + np.diag(before**-2.0)))
+    return Pooled(covariance @ sums, covariance, scatter_of(covariance, precision))
+
+
+def scatter_of(covariance: FloatArray, precision: FloatArray) -> FloatArray:
+    """Return the standard deviations of values with such a covariance, due to readings with such a precision."""
+    return np.asarray(np.sqrt(np.maximum(np.diag(covariance @ precision @ covariance), 0.0)))

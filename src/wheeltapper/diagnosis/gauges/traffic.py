@@ -214,7 +214,7 @@ def _noise_covariance(band: Band) -> FloatArray:
     """Return the covariance of the readings that are compared, N², of white noise after the low-pass."""
     passing = band.passing
     count = 2 * len(passing.readings)
-    frequencies = np.fft.rfftfreq(count, 1.0 / passing.rate)
+    frequencies = np.asarray(np.fft.rfftfreq(count, 1.0 / passing.rate))
     along = np.fft.irfft(band.gain(frequencies) ** 2, count) * passing.noise**2
     blocks = []
     for own in band.picked.T:
