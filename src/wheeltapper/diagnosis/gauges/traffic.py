@@ -9,7 +9,7 @@ Theory: docs/theory/gauges.rst, section 16.10.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +27,12 @@ FloatArray = NDArray[np.float64]
 LEVEL, TILT, NOISE = "roughness level", "roughness tilt", "noise"
 """Logarithms of what the traffic shows besides values of the scene: the power of roughness over that of the level, its
 tilt as in `rough_columns`, and the noise's power over the measured one."""
+KEPT = 3
+"""Models that are kept."""
 STEP, NEAR = 0.02, 0.06
 """Of differences by which derivatives are taken, of logarithms; derivatives are kept for values so near to theirs."""
+FAR = 0.35
+"""The signal of the seats is drawn as a line through values whose logarithms are no farther from these; it costs runs."""
 LEVELS = np.linspace(-4.0, 4.0, 65)
 """Logarithms of a wheel's power of roughness, over the usual one, that are tried."""
 OF_WHEELS = 0.9
@@ -106,6 +110,8 @@ class Traffic:
         self._read = self._kept @ np.stack([self._band.taken(self._band.smooth(one)) for one in each], axis=1)
         self._share = alike.forces / passing.static_force
         self.mixed = Mixed(np.ones(len(each)), 0.0)
+        self._line: tuple[Mapping[str, float], FloatArray, dict[str, FloatArray]] | None = None
+        self._models: dict[Any, tuple[FloatArray, FloatArray]] = {}
         self._changed: dict[str, tuple[FloatArray, FloatArray]] = {}
         self._changed_at: Mapping[str, float] = {}
 
@@ -118,14 +124,37 @@ class Traffic:
         own = {SPEED: self.passing.speed, FORCE: self.passing.static_force, ADVANCE: 0.0}
         return self._runs.readings({**values, **own}, "fresh")
 
+    def _signal(self, values: Mapping[str, float]) -> FloatArray:
+        """Return the signal of a wheel: by a run, or along the line."""
+        if self._line is not None and _way(values, self._line[0]) < FAR:
+            held, signal, slopes = self._line
+            return signal + sum(slope * np.log(values[name] / held[name]) for name, slope in slopes.items())
+        of_scene = {path: value for path, value in values.items() if "." in path}
+        return np.asarray(self._kept @ self._band.taken(self._band.smooth(self._level(of_scene))))
+
+    def anchor(self, values: Mapping[str, float]) -> None:
+        """Draw the line of the signal through these values, if it is far from them."""
+        if self._line is not None and _way(values, self._line[0]) < 0.5 * FAR:
+            return
+        self._line = None
+        signal = self._signal(values)
+        paths = [path for path in values if "." in path]
+        slopes = {path: (self._signal(stepped(values, path, STEP)) - signal) / STEP for path in paths}
+        self._line = dict(values), signal, slopes
+        self._models.clear()
+
     def model(self, values: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
         """Return the signal of a wheel, (readings), and the covariance of roughness, (readings, readings)."""
-        of_scene = {path: value for path, value in values.items() if "." in path}
-        responses = responses_around(self.passing, self._runs.scene.replaced(of_scene))
-        stiffness = contact_stiffness(values[CONTACT], self.passing.static_force)
-        rough = self._kept @ rough_columns(self._band, responses, stiffness, values[MASS], tilt=values[TILT])
-        signal = self._kept @ self._band.taken(self._band.smooth(self._level(of_scene)))
-        return signal, np.exp(values[LEVEL]) * (rough @ rough.T)
+        key = tuple(values.values())
+        if key not in self._models:
+            of_scene = {path: value for path, value in values.items() if "." in path}
+            responses = responses_around(self.passing, self._runs.scene.replaced(of_scene))
+            stiffness = contact_stiffness(values[CONTACT], self.passing.static_force)
+            rough = self._kept @ rough_columns(self._band, responses, stiffness, values[MASS], tilt=values[TILT])
+            if len(self._models) == KEPT:
+                self._models.pop(next(iter(self._models)))
+            self._models[key] = self._signal(values), np.exp(values[LEVEL]) * (rough @ rough.T)
+        return self._models[key]
 
     def told(self, values: Mapping[str, float], names: Sequence[str] = ()) -> Told:
         """Return the likelihood of values; with names, how it changes with them, by logarithms."""
@@ -134,7 +163,7 @@ class Traffic:
         parts, turned = np.linalg.eigh(self.mixed.between)
         left = basis.T @ ((self._read - np.outer(signal, self._share)) @ turned)
         variance = np.exp(values[NOISE]) + np.maximum(parts, 0.0) * np.maximum(sizes, 0.0)[:, None]
-        likelihood = -0.5 * float((left**2 / variance + np.log(variance)).sum())
+        likelihood = float(_log_likelihood(left, variance))
         if not names:
             return Told(likelihood, np.zeros(0), np.zeros((0, 0)))
         changes = self._changes(values, names, signal, rough)
@@ -160,7 +189,8 @@ class Traffic:
         self, values: Mapping[str, float], names: Sequence[str], signal: FloatArray, rough: FloatArray
     ) -> list[tuple[FloatArray, FloatArray]]:
         """Return how signal and covariance change with the logarithms of values."""
-        if not _are_near(values, self._changed_at) or not {*names} <= {LEVEL, NOISE, *self._changed}:
+        new = not self._changed or _way(values, self._changed_at) > NEAR
+        if new or abs(values[TILT] - self._changed_at[TILT]) > NEAR:
             others = {name: self.model(stepped(values, name, STEP)) for name in names if name not in (LEVEL, NOISE)}
             self._changed = {n: ((one - signal) / STEP, (its - rough) / STEP) for n, (one, its) in others.items()}
             self._changed_at = values
@@ -168,19 +198,20 @@ class Traffic:
         of_powers = {LEVEL: (nothing, rough), NOISE: (nothing, np.zeros_like(rough))}
         return [{**self._changed, **of_powers}[name] for name in names]
 
-    def mix(self, values: Mapping[str, float]) -> None:
-        """Take the powers of each wheel's roughness, and the rail's share, that explain most with these values."""
+    def mix(self, values: Mapping[str, float]) -> float:
+        """Take the powers of each wheel's roughness and the rail's share that explain most; return the likelihood."""
         signal, rough = self.model(values)
         sizes, basis = np.linalg.eigh(rough)
-        left = (basis.T @ (self._read - np.outer(signal, self._share))) ** 2
-        of_power = [np.exp(values[NOISE]) + np.exp(one) * np.maximum(sizes, 0.0)[:, None] for one in LEVELS]
-        found = np.array([-0.5 * (left / one + np.log(one)).sum(axis=0) for one in of_power])
+        sizes, noise = np.maximum(sizes, 0.0)[:, None], np.exp(values[NOISE])
+        left = basis.T @ (self._read - np.outer(signal, self._share))
+        found = np.array([_log_likelihood(left, noise + np.exp(one) * sizes, axis=0) for one in LEVELS])
         powers = np.exp(LEVELS[np.argmax(found - 0.5 * (LEVELS[:, None] / OF_WHEELS) ** 2, axis=0)])
         tried = []
-        for share in SHARES:
-            self.mixed = Mixed(powers, float(share))
-            tried.append(self.told(values).likelihood)
+        for share in SHARES.tolist():
+            parts, turned = np.linalg.eigh(Mixed(powers, share).between)
+            tried.append(float(_log_likelihood(left @ turned, noise + np.maximum(parts, 0.0) * sizes)))
         self.mixed = Mixed(powers, float(SHARES[int(np.argmax(tried))]))
+        return max(tried)
 
     def left_over(self, values: Mapping[str, float]) -> FloatArray:
         """Return χ² of a reading of each wheel, with the power of roughness that it has."""
@@ -202,12 +233,13 @@ def stepped(values: Mapping[str, float], name: str, by: float) -> dict[str, floa
     return {**values, name: held + by if name in (LEVEL, TILT, NOISE) else held * float(np.exp(by))}
 
 
-def _are_near(values: Mapping[str, float], others: Mapping[str, float]) -> bool:
-    """Return whether derivatives at some values are good for others."""
-    if values.keys() != others.keys():
-        return False
-    ways = [values[n] - others[n] if n in (LEVEL, TILT, NOISE) else np.log(values[n] / others[n]) for n in values]
-    return bool(np.abs(ways).max() < NEAR)
+def _log_likelihood(left: FloatArray, variance: FloatArray, axis: int | None = None) -> Any:
+    return -0.5 * (left**2 / variance + np.log(variance)).sum(axis=axis)
+
+
+def _way(values: Mapping[str, float], others: Mapping[str, float]) -> float:
+    """Return the largest difference of the logarithms of two sets of values of a scene."""
+    return max(abs(float(np.log(values[name] / others[name]))) for name in values if "." in name)
 
 
 def _noise_covariance(band: Band) -> FloatArray:

@@ -24,7 +24,7 @@ from wheeltapper.diagnosis.gauges.traffic import LEVEL, Alike, Traffic
 from wheeltapper.diagnosis.wayside.channels import channels_of
 from wheeltapper.diagnosis.wayside.measure import calibrated, trains_in
 from wheeltapper.diagnosis.wayside.measured import Measured
-from wheeltapper.diagnosis.wayside.sizes import LOADS, OWN, SUREST, Rail, Wheels, at_places, is_unsteady, rails_of
+from wheeltapper.diagnosis.wayside.sizes import OWN, SUREST, Rail, Wheels, at_places, is_unsteady, rails_of
 from wheeltapper.diagnosis.wayside.sources import sources_in, time_in
 from wheeltapper.ground.arguments import as_quantity, check_choice
 from wheeltapper.ground.errors import InputError, value_text
@@ -41,14 +41,15 @@ UNITS = {"stiffness": "N/m", "damping": "N s/m", "mass": "kg"}
 """Of values, by the last word of their paths."""
 DECIBEL = 10.0 / float(np.log(10.0))
 """dB of a power whose logarithm is one."""
-SPEEDS = 0.03
-"""Wheels whose speeds differ by about this part are taken together, with loads as where flats are looked for."""
+SPEEDS, LOADS = 0.03, 0.5
+"""Wheels whose speeds and static forces differ by no more than about these parts are taken together. The force changes
+the slope of the contact's law only, with its cube root."""
 BESIDE, EDGE = 0.35, 0.02
 """What a pair reads counts from so far before its first gauge to so far behind its second one, m, but not where a wheel
 is nearer to a gauge than `OWN` and the latter."""
-KINDS = 10
+KINDS = 6
 """So many kinds of wheels, of like speed and load, are compared at most: those with the most wheels."""
-GAIN, PLACE = 0.002, 2e-4
+GAIN, PLACE = 0.002, 4e-4
 """What all wheels have in common besides gains and places, since they roll over the same rail: standard deviations of
 logarithms, and m."""
 UNSTATED = 1.0
@@ -243,8 +244,11 @@ def _with_sensors(
     ends = np.array([x for one in pairs for x in (one.x1, one.x2)])
     affine = np.stack([np.ones_like(ends), ends - ends.mean()], axis=1)
     spread = np.array([max(one.gain_uncertainty, SUREST) for one in pairs])
-    gains, free_gains = _pooled([one.gains[side] for one in gathered], np.ones((len(pairs), 1)), spread, GAIN, known)
     places, free_places = _pooled([one.places[side] for one in gathered], affine, 0.0 * ends + deviation, PLACE, None)
+    longer = np.log1p(np.diff(places.changes)[::2] / np.diff(ends)[::2])  # means are areas over the stated lengths
+    means = [[seen - longer for seen in one.gains[side]] for one in gathered]
+    known = None if known is None else (known[0] - longer, known[1])
+    gains, free_gains = _pooled(means, np.ones((len(pairs), 1)), spread, GAIN, known)
     learned, changed = [], {}
     for k, one in enumerate(pairs):
         gain, after = one.gain * float(np.exp(gains.changes[k])), float(np.sqrt(gains.covariance[k, k]))
