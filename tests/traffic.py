@@ -1,4 +1,4 @@
-"""Recordings of traffic over a site's gauges by the package's own runs: trains whose wheels are rough, on a stated track.
+"""Recordings of traffic over a site's gauges by the package's own runs: trains whose wheels are rough.
 
 Each wheel is a run of its own; a train is their sum. Wheels are rough by themselves, and all roll over the same rail.
 """

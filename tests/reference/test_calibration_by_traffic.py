@@ -240,5 +240,5 @@ def test_pooled_changes_keep_what_wheels_cannot_show_as_it_was_before():
     assert found.changes.mean() == pytest.approx(0.0, abs=1e-3)
     assert np.sqrt(found.covariance.sum()) / 4.0 == pytest.approx(0.05 / 2.0, rel=0.02)  # of their mean
     seen[5] = np.nan
-    weighed = pooled(seen, np.ones((4, 1)), spread, 1e-4, (true, np.full(4, 2e-3)))
+    weighed = pooled(seen, np.ones((4, 1)), spread, 1e-4, (true, np.eye(4) / 2e-3**2))
     np.testing.assert_allclose(weighed.changes, true, atol=4e-3)

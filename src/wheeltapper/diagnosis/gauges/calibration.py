@@ -23,8 +23,8 @@ octave, and 20 % of the noise."""
 FREE = 1.5
 """The same of values of the track in a free search: a factor of 4.5."""
 MODEL = 0.1
-"""Error of the model in values of the track, of logarithms. Of finite elements with roughness, pads of 160 kN/mm came out
-at 195, and ballast within 5 %."""
+"""Error of the model in values of the track, of logarithms. Of finite elements with roughness, pads of 160 kN/mm came
+out at 195, and ballast within 5 %."""
 STARTS = (0.1, 10.0)
 """Factors on a stiffness with which a free search begins."""
 ROUNDS, STEPS, LONGEST_STEP = 4, 3, 0.7
@@ -188,7 +188,7 @@ def pooled(
     floor
         Standard deviation of what all wheels have in common.
     known
-        Changes that are known besides, and their standard deviations.
+        Changes that are known besides, and the inverse of their covariance.
     """
     whole = seen[np.isfinite(seen).all(axis=1)]
     precision, sums = np.zeros((len(before), len(before))), np.zeros(len(before))
@@ -200,7 +200,7 @@ def pooled(
         own = basis @ np.diag(1.0 / (spread**2 + floor**2)) @ basis.T
         precision, sums = own, own @ (basis @ middle)
     if known is not None:
-        precision, sums = precision + np.diag(known[1] ** -2.0), sums + known[0] / known[1] ** 2
+        precision, sums = precision + known[1], sums + known[1] @ known[0]
     covariance = np.asarray(np.linalg.inv(precision + np.diag(before**-2.0)))
     return Pooled(covariance @ sums, covariance, scatter_of(covariance, precision))
 

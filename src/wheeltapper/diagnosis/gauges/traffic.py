@@ -29,10 +29,10 @@ LEVEL, TILT, NOISE = "roughness level", "roughness tilt", "noise"
 tilt as in `rough_columns`, and the noise's power over the measured one."""
 KEPT = 3
 """Models that are kept."""
-STEP, NEAR = 0.02, 0.06
+STEP, NEAR = 0.02, 0.12
 """Of differences by which derivatives are taken, of logarithms; derivatives are kept for values so near to theirs."""
 FAR = 0.35
-"""The signal of the seats is drawn as a line through values whose logarithms are no farther from these; it costs runs."""
+"""The signal of the seats is a line through values whose logarithms are no farther away: it costs runs."""
 LEVELS = np.linspace(-4.0, 4.0, 65)
 """Logarithms of a wheel's power of roughness, over the usual one, that are tried."""
 OF_WHEELS = 0.9
@@ -128,7 +128,7 @@ class Traffic:
         """Return the signal of a wheel: by a run, or along the line."""
         if self._line is not None and _way(values, self._line[0]) < FAR:
             held, signal, slopes = self._line
-            return signal + sum(slope * np.log(values[name] / held[name]) for name, slope in slopes.items())
+            return np.asarray(signal + sum(slope * np.log(values[n] / held[n]) for n, slope in slopes.items()))
         of_scene = {path: value for path, value in values.items() if "." in path}
         return np.asarray(self._kept @ self._band.taken(self._band.smooth(self._level(of_scene))))
 

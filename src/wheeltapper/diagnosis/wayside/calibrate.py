@@ -24,7 +24,7 @@ from wheeltapper.diagnosis.gauges.traffic import LEVEL, Alike, Traffic
 from wheeltapper.diagnosis.wayside.channels import channels_of
 from wheeltapper.diagnosis.wayside.measure import calibrated, trains_in
 from wheeltapper.diagnosis.wayside.measured import Measured
-from wheeltapper.diagnosis.wayside.sizes import OWN, SUREST, Rail, Wheels, at_places, is_unsteady, rails_of
+from wheeltapper.diagnosis.wayside.sizes import BEYOND, OWN, SUREST, Wheels, at_places, is_unsteady, rails_of
 from wheeltapper.diagnosis.wayside.sources import sources_in, time_in
 from wheeltapper.ground.arguments import as_quantity, check_choice
 from wheeltapper.ground.errors import InputError, value_text
@@ -112,7 +112,7 @@ def calibrate_site(
     with algebra_on_one_thread():
         whole = _calibration([*gathered.values()], site, deviation, notes)
         periods = {
-            label: _calibration([gathered[name] for name in names], site, deviation, [], whole.site)
+            label: _calibration([gathered[name] for name in names], site, deviation, [], whole, [*gathered.values()])
             for label, names in _periods(gathered, period).items()
         }
     return replace(whole, periods=periods)
@@ -142,11 +142,10 @@ def _periods(names: Iterable[str], period: Period) -> dict[str, list[str]]:
 
 
 class _Wheel(NamedTuple):
-    """What was recorded of a healthy wheel, and by which rail."""
+    """What was recorded of a healthy wheel, and whether it runs towards smaller x."""
 
     passing: Passing
-    rail: Rail
-    wheels: Wheels
+    back: bool
 
 
 @dataclass
@@ -185,7 +184,7 @@ def _gathered(recordings: Any, site: Site, name: str, loads: Any) -> _Gathered:
             if np.isfinite(own.mean).any():
                 wheels = Wheels(rail, one.passage, own.mean)
                 axles = [axle for axle in range(len(own.mean)) if wheels.is_whole(axle) and not own.strikes[axle]]
-                out.wheels += [_Wheel(wheels.passing(axle), rail, wheels) for axle in axles]
+                out.wheels += [_Wheel(wheels.passing(axle), wheels.direction < 0) for axle in axles]
     return out
 
 
@@ -213,20 +212,21 @@ def _of_sensors(train: Measured, side: Any, site: Site) -> tuple[FloatArray, Flo
 
 
 def _calibration(
-    gathered: Sequence[_Gathered], site: Site, deviation: float, notes: list[str], around: Site | None = None
-) -> Calibration:
-    """Return what recordings say; of a part of them, values of the track are sought `around` those of all."""
+    gathered: Sequence[_Gathered], site: Site, deviation: float, notes: list[str], whole: Calibration | None = None,
+    every: Sequence[_Gathered] = (),
+) -> Calibration:  # fmt: skip
+    """Return what recordings say; of a part of them, by what the `whole` says of the track and of the gains' scale."""
     trains = sum(one.trains for one in gathered)
     if not trains:
         raise InputError("", "recordings", "no train that keeps its speed", "recordings of trains")
     found, learned = site, list[Learned]()
     for side in dict.fromkeys(one.side for one in site.sensors):
-        found, more = _with_sensors(gathered, found, side, deviation)
+        found, more = _with_sensors(gathered, found, side, deviation, every)
         learned += more
     wheels = [wheel for one in gathered for wheel in one.wheels]
     kinds, count = _kinds(wheels), 0
     if kinds:
-        found, more, count = _with_track(kinds, found, around)
+        found, more, count = _with_track(kinds, found, None if whole is None else whole.site)
         learned += more
     elif site.track is not None:
         notes = [*notes, "no healthy wheel was recorded as a whole: nothing is said of the track"]
@@ -234,19 +234,22 @@ def _calibration(
 
 
 def _with_sensors(
-    gathered: Sequence[_Gathered], site: Site, side: str | None, deviation: float
+    gathered: Sequence[_Gathered], site: Site, side: str | None, deviation: float, every: Sequence[_Gathered]
 ) -> tuple[Site, list[Learned]]:
     """Return the site with gains and places of one rail's pairs, and what was learned of them."""
     pairs = _pairs(site, side)
     if not pairs:
         return site, []
-    known = _known_gains(gathered, site, pairs)
+    known = _known_gains(every or gathered, site, pairs)
+    known = _scale_alone(known) if every and known is not None else known
     ends = np.array([x for one in pairs for x in (one.x1, one.x2)])
     affine = np.stack([np.ones_like(ends), ends - ends.mean()], axis=1)
     spread = np.array([max(one.gain_uncertainty, SUREST) for one in pairs])
-    places, free_places = _pooled([one.places[side] for one in gathered], affine, 0.0 * ends + deviation, PLACE, None)
+    places, free_places = _pooled(
+        [one.places.get(side, []) for one in gathered], affine, 0.0 * ends + deviation, PLACE, None
+    )
     longer = np.log1p(np.diff(places.changes)[::2] / np.diff(ends)[::2])  # means are areas over the stated lengths
-    means = [[seen - longer for seen in one.gains[side]] for one in gathered]
+    means = [[seen - longer for seen in one.gains.get(side, [])] for one in gathered]
     known = None if known is None else (known[0] - longer, known[1])
     gains, free_gains = _pooled(means, np.ones((len(pairs), 1)), spread, GAIN, known)
     learned, changed = [], {}
@@ -275,7 +278,7 @@ def _pooled(
     known: tuple[FloatArray, FloatArray] | None,
 ) -> tuple[Pooled, list[tuple[float, float]]]:  # fmt: skip
     """Return what wheels say of quantities, and of each without what was stated of it, with its standard deviation."""
-    every = np.concatenate([one for several in seen for one in several])
+    every = np.concatenate([np.zeros((0, len(before))), *[one for several in seen for one in several]])
     alone = []
     for k in range(len(before)):
         found = pooled(every, free, np.where(np.arange(len(before)) == k, UNSTATED, before), floor, known)
@@ -286,7 +289,7 @@ def _pooled(
 def _known_gains(
     gathered: Sequence[_Gathered], site: Site, pairs: Sequence[BetweenPlaces]
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return changes of gains by vehicles of known loads, and their standard deviations."""
+    """Return changes of gains by vehicles of known loads, and the inverse of their covariance."""
     precision, sums = np.zeros(len(pairs)), np.zeros(len(pairs))
     for one in gathered:
         if one.known is None:
@@ -296,7 +299,14 @@ def _known_gains(
             weight = 1.0 / (new[pair.name].gain_uncertainty ** 2 + GAIN**2)
             precision[k] += weight
             sums[k] += weight * np.log(new[pair.name].gain / pair.gain)
-    return (sums / precision, precision**-0.5) if precision.any() else None
+    return (sums / precision, np.diag(precision)) if precision.any() else None
+
+
+def _scale_alone(known: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """Return what is known of gains' mean alone: single ones may have drifted since the loads were known."""
+    count = len(known[0])
+    variance = float((1.0 / np.diag(known[1])).sum()) / count**2
+    return np.full(count, known[0].mean()), np.full((count, count), 1.0 / (variance * count**2))
 
 
 def _kinds(wheels: Sequence[_Wheel]) -> list[tuple[Alike, bool]]:
@@ -304,31 +314,33 @@ def _kinds(wheels: Sequence[_Wheel]) -> list[tuple[Alike, bool]]:
     kinds: dict[tuple[Any, ...], list[_Wheel]] = {}
     for one in wheels:
         speed, force = round(np.log(one.passing.speed) / SPEEDS), round(np.log(one.passing.static_force) / LOADS)
-        kinds.setdefault((speed, force, one.rail.sensors, one.rail.rate), []).append(one)
+        kinds.setdefault((speed, force, one.passing.sensors, one.passing.rate, one.back), []).append(one)
     most = sorted(kinds.items(), key=lambda kind: -len(kind[1]))[:KINDS]
     out = []
     for (speed, force, *_), several in most:
         alike = _alike(several, float(np.exp(speed * SPEEDS)), float(np.exp(force * LOADS)))
         if alike is not None:
-            out.append((alike, several[0].wheels.direction < 0))
+            out.append((alike, several[0].back))
     return out
 
 
 def _alike(several: Sequence[_Wheel], speed: float, force: float) -> Alike | None:
     """Return wheels with readings at the same places; None if those of none are whole."""
-    first = several[0]
-    like = first.wheels.like(speed, force)
+    first = several[0].passing
+    ends = np.array([(one.x1, one.x2) for one in first.sensors]).T
+    begin, way = float(ends.min()) - BEYOND, float(ends.max() - ends.min()) + 2.0 * BEYOND
+    nothing = np.zeros((int(np.ceil(way / speed * first.rate)), len(first.sensors)))
+    noise = float(np.sqrt(np.mean([one.passing.noise**2 for one in several])))
+    like = Passing(first.sensors, first.rate, nothing, nothing > 0.0, begin, speed, force, noise)
     x = like.x[:, None]
-    ends = np.array([(one.x1, one.x2) for one in first.rail.sensors]).T
     near = np.minimum(np.abs(x - ends[0]), np.abs(x - ends[1])) > OWN + EDGE
     used = near & (x > ends[0] - BESIDE) & (x < ends[1] + BESIDE)
-    noise = float(np.sqrt(np.mean([one.rail.noise**2 for one in several])))
     read = [(at_places(one.passing, like.x), one.passing.static_force) for one in several]
     whole = [(readings, own) for (readings, there), own in read if there[used].all()]
     if not whole:
         return None
     readings, forces = zip(*whole, strict=True)
-    return Alike(replace(like, used=used, noise=noise), np.stack(readings, axis=2), np.array(forces))
+    return Alike(replace(like, used=used), np.stack(readings, axis=2), np.array(forces))
 
 
 def _with_track(

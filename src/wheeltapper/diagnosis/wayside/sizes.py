@@ -208,10 +208,6 @@ class Wheels:
         share = force / scan.band.passing.static_force
         return scan.seen(*at_places(passing, scan.band.passing.x), share)
 
-    def like(self, speed: float, force: float) -> Passing:
-        """Return a wheel without readings, of this speed, m/s, and static force, N."""
-        return self._like(speed, force, BEYOND)
-
     def keep(self, axle: int, sized: Sized) -> None:
         """Let neighbours know the flat of a wheel."""
         best = sized.best
