@@ -79,7 +79,7 @@ def test_pads_and_ballast_follow_from_healthy_wheels(tmp_path):
     assert found.wheels == 8
     assert apart(found["track.pad_stiffness"], 1.2 * PAD) < DEVIATIONS
     assert apart(found["track.ballast_stiffness"], 0.8 * BALLAST) < DEVIATIONS
-    assert found["track.pad_stiffness"].after < 0.16 * PAD
+    assert found["track.pad_stiffness"].scatter < 0.08 * PAD
     assert "contact.constant_per_wheel" in found.unknown
     assert abs(found["roughness level"].value) < 2.0  # dB
     assert not found.contradictions
@@ -87,7 +87,7 @@ def test_pads_and_ballast_follow_from_healthy_wheels(tmp_path):
     again = Site.from_toml(tmp_path / "site.toml")
     assert again == found.site
     assert again.track.pad_stiffness == found["track.pad_stiffness"].value
-    assert again.uncertainty["track.pad_stiffness"] < 0.15 < site.uncertainty["track.pad_stiffness"]
+    assert again.uncertainty["track.pad_stiffness"] < 0.18 < site.uncertainty["track.pad_stiffness"]
     json.dumps(found.to_dict())
 
 
@@ -106,7 +106,8 @@ def test_finite_elements_are_calibrated_and_pads_ten_times_off_are_said():
         found = calibrate_site(gauges(TRACK), {"one": finite_elements(pads)})
         pad = found["track.pad_stiffness"]
         assert pad.contradicted == (pads > 1.0)
-        assert pad.value == pytest.approx(pads * PAD, rel=0.15 if pads < 1.0 else 0.5)
+        assert apart(pad, pads * PAD) < DEVIATIONS
+        assert apart(found["track.ballast_stiffness"], 1.2 * BALLAST) < DEVIATIONS
         gains = np.array([found[f"sensors.{k}.gain"].value for k in range(4)])
         np.testing.assert_allclose(gains / gains.mean(), GAINS / GAINS.mean(), atol=0.01)
 
