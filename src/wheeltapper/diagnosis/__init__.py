@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from wheeltapper.diagnosis.site.neighbours import Neighbour as Neighbour
     from wheeltapper.diagnosis.site.synthetic import synthesise_train as synthesise_train
     from wheeltapper.diagnosis.train import diagnose_train as diagnose_train
+    from wheeltapper.diagnosis.wayside.calibrate import calibrate_site as calibrate_site
     from wheeltapper.diagnosis.wayside.channels import read_channels as read_channels
     from wheeltapper.diagnosis.wayside.measure import calibrated as calibrated
     from wheeltapper.diagnosis.wayside.measure import measure_trains as measure_trains
@@ -51,6 +52,7 @@ _HOMES = {
     "Site": "describe.site",
     "assess": "diagnosis.performance",
     "blind_shares": "diagnosis.wayside.seen",
+    "calibrate_site": "diagnosis.wayside.calibrate",
     "calibrated": "diagnosis.wayside.measure",
     "combinations": "diagnosis.inference.combinations",
     "diagnose_all": "diagnosis.folder",

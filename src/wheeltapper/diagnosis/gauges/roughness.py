@@ -8,8 +8,6 @@ Theory: docs/theory/gauges.rst, section 16.3.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,44 +15,20 @@ from wheeltapper.describe.irregularity.density import published_density
 from wheeltapper.diagnosis.gauges.responses import Responses
 from wheeltapper.diagnosis.gauges.weighing import Band
 
-ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 LEVEL = "ISO 3095:2013"
 """The roughness is taken to be at this limit; longer waves than its table has go on with the density of its longest."""
 LONGEST, SHORTEST = 0.9, 0.022
 """Wavelengths, m. Longer ones give forces that a slope of the zero line takes up; shorter ones are in no reading."""
+PIVOT = 0.1
+"""Wavelength at which a tilt of the spectrum changes nothing, m."""
 BEYOND = 1.05
 """Waves are of interest up to this times the highest frequency that is read."""
 
 
-class Waves(NamedTuple):
-    """Waves of roughness below a wheel.
-
-    Attributes
-    ----------
-    number
-        Waves per m.
-    amplitude
-        Standard deviation of the cosine's and of the sine's, m.
-    """
-
-    number: FloatArray
-    amplitude: FloatArray
-
-
-def rough_waves(band: Band, added: float = 0.0) -> Waves:
-    """Return the waves that matter for readings in a band, with the amplitudes of the level and so many dB."""
-    passing = band.passing
-    width = 1.0 / float(passing.x[-1] - passing.x[0])
-    below = np.arange(1.0 / LONGEST, min(BEYOND * band.cutoff / passing.speed, 1.0 / SHORTEST), width)
-    density = published_density(LEVEL)
-    assert density.known is not None
-    known = np.maximum(below, 1.0 / density.known[1])
-    amplitude = np.sqrt(density.variance_between(known, known + width) * 10.0 ** (0.1 * added))
-    return Waves(below + 0.5 * width, amplitude)
-
-
-def rough_columns(band: Band, responses: Responses, stiffness: float, mass: float, added: float = 0.0) -> FloatArray:
+def rough_columns(
+    band: Band, responses: Responses, stiffness: float, mass: float, added: float = 0.0, tilt: float = 0.0
+) -> FloatArray:
     """Return readings of waves of roughness with the amplitudes of the level, N, (readings, columns).
 
     Parameters
@@ -67,17 +41,20 @@ def rough_columns(band: Band, responses: Responses, stiffness: float, mass: floa
         Of the contact about the static force, N/m, and of the wheel, kg.
     added
         To the level, dB.
+    tilt
+        The power is that of the level times this power of the wavelength over PIVOT.
     """
-    waves = rough_waves(band, added)
-    columns = wave_columns(band, responses, stiffness, mass, waves.number)
-    return np.asarray(columns * np.tile(waves.amplitude, 2))
-
-
-def rough_forces(band: Band, responses: Responses, stiffness: float, mass: float) -> FloatArray:
-    """Return the contact's forces of the waves of `rough_columns`, N, (samples, columns)."""
-    waves = rough_waves(band)
-    force = _forces(band, responses, stiffness, mass, waves.number, band.passing.x)
-    return np.asarray(np.concatenate([force.real, force.imag]).T * np.tile(waves.amplitude, 2))
+    passing, cutoff = band.passing, band.cutoff
+    width = 1.0 / float(passing.x[-1] - passing.x[0])
+    below = np.arange(1.0 / LONGEST, min(BEYOND * cutoff / passing.speed, 1.0 / SHORTEST), width)
+    density = published_density(LEVEL)
+    assert density.known is not None
+    known = np.maximum(below, 1.0 / density.known[1])
+    amplitude = np.sqrt(density.variance_between(known, known + width) * 10.0 ** (0.1 * added))
+    middle = below + 0.5 * width
+    amplitude *= (PIVOT * middle) ** (-0.5 * tilt)
+    columns = wave_columns(band, responses, stiffness, mass, middle)
+    return np.asarray(columns * np.tile(amplitude, 2))
 
 
 def wave_columns(band: Band, responses: Responses, stiffness: float, mass: float, number: FloatArray) -> FloatArray:
@@ -85,18 +62,13 @@ def wave_columns(band: Band, responses: Responses, stiffness: float, mass: float
 
     `number` are waves per m; the rest is as in `rough_columns`. Returned are (readings, 2 * waves), N/m.
     """
-    x, frequencies = band.passing.x[band.rows], number * band.passing.speed
-    force = _forces(band, responses, stiffness, mass, number, x) * band.gain(frequencies)[:, None]
+    x = band.passing.x[band.rows]
+    frequencies = number * band.passing.speed
+    answer = responses.at_places(responses.contact(frequencies, stiffness, mass), x)
+    force = answer * np.exp(2j * np.pi * number[:, None] * (x - band.passing.place))
+    force *= band.gain(frequencies)[:, None]
     read = responses.readings(frequencies, x) * force
     return band.taken_of_rows(np.concatenate([read.real, read.imag], axis=1))
-
-
-def _forces(
-    band: Band, responses: Responses, stiffness: float, mass: float, number: FloatArray, x: FloatArray
-) -> ComplexArray:
-    """Return the contact's force of waves of 1 m, at places of the wheel, N/m, (waves, places)."""
-    answer = responses.at_places(responses.contact(number * band.passing.speed, stiffness, mass), x)
-    return np.asarray(answer * np.exp(2j * np.pi * number[:, None] * (x - band.passing.place)))
 
 
 def contact_stiffness(constant: float, force: float) -> float:

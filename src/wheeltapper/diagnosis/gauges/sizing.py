@@ -282,7 +282,7 @@ def _problem(
     deviation of readings is that of the noise where none is stated, N.
     """
     passing, scene = runs.passing, runs.scene
-    band, responses = band_of(passing, cutoff), _responses(passing, scene)
+    band, responses = band_of(passing, cutoff), responses_around(passing, scene)
     stiffness = contact_stiffness(values[CONTACT], values[FORCE])
     rough = rough_columns(band, responses, stiffness, values[MASS])
     weights = Weights(band.deviations(deviation or band.noise), rough)
@@ -321,8 +321,8 @@ def _near(problem: Problem, values: Mapping[str, float]) -> Problem:
     return problem._replace(transfer=Transfer(problem.band, responses, values), at=values, slopes=slopes)
 
 
-def _responses(passing: Passing, scene: Scenario) -> Responses:
-    """Return the responses of the track around the sensors."""
+def responses_around(passing: Passing, scene: Scenario) -> Responses:
+    """Return the responses of the scene's track around the sensors of a passing."""
     seat = float(scene.track.first_sleeper)
     places = tuple((float(one.x1) - seat, float(one.x2) - seat) for one in passing.sensors)
     spacing = float(scene.track.spacing)  # whole bays, so that other wheels find them computed

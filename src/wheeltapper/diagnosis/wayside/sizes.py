@@ -205,16 +205,8 @@ class Wheels:
             like = self._like(float(np.exp(key[0] * SPEEDS)), float(np.exp(key[1] * LOADS)), BEYOND)
             self._scans[key] = scan_of(like, self.rail.known)
         scan = self._scans[key]
-        place = (scan.band.passing.x - passing.place) / speed * passing.rate
-        inside = (place >= 0.0) & (place <= len(passing.readings) - 1.0)
-        near = np.clip(np.rint(place), 0, len(passing.readings) - 1).astype(int)
-        spline = CubicSpline(np.arange(len(passing.readings)), passing.readings)
-        readings = spline(np.clip(place, 0.0, len(passing.readings) - 1.0))
         share = force / scan.band.passing.static_force
-        used = passing.used[near] & inside[:, None]
-        if passing.doubt is not None:
-            used &= passing.doubt[near] < FIRST_NOISE
-        return scan.seen(readings, used, share)
+        return scan.seen(*at_places(passing, scan.band.passing.x), share)
 
     def keep(self, axle: int, sized: Sized) -> None:
         """Let neighbours know the flat of a wheel."""
@@ -293,9 +285,21 @@ class Wheels:
         )  # fmt: skip
 
 
+def at_places(passing: Passing, x: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return the readings of a wheel at places, m, and which count, (places, sensors)."""
+    place = (x - passing.place) / passing.speed * passing.rate
+    inside = (place >= 0.0) & (place <= len(passing.readings) - 1.0)
+    near = np.clip(np.rint(place), 0, len(passing.readings) - 1).astype(int)
+    spline = CubicSpline(np.arange(len(passing.readings)), passing.readings)
+    used = passing.used[near] & inside[:, None]
+    if passing.doubt is not None:
+        used &= passing.doubt[near] < FIRST_NOISE
+    return spline(np.clip(place, 0.0, len(passing.readings) - 1.0)), used
+
+
 def with_sizes(found: Measured, site: Site, which: Diagnosed) -> Measured:
     """Return a train whose wheels have the `finding` of a fitted model; notes say which could have none."""
-    rails = {} if _is_unsteady(found.passage) else {
+    rails = {} if is_unsteady(found.passage) else {
         rail.side: rail for rail in rails_of(found.passage, found.pulses, found.sides, known_of(site))
     }  # fmt: skip
     entries = [{**axle, "wheels": [dict(wheel) for wheel in axle["wheels"]]} for axle in found.finding.axles]
@@ -358,13 +362,14 @@ def _has_changed(before: Mapping[int, tuple[float, float]], now: Mapping[int, tu
     )
 
 
-def _is_unsteady(passage: Passage) -> bool:
+def is_unsteady(passage: Passage) -> bool:
+    """Return whether a train does not keep its speed."""
     return passage.course is not None or passage.turns
 
 
 def _unfitted(found: Measured, rails: Mapping[str | None, Rail]) -> list[str]:
     """Return why wheels have no finding."""
-    if _is_unsteady(found.passage):
+    if is_unsteady(found.passage):
         return [
             "the train does not keep its speed by what was recorded: no model of a wheel at a steady speed is fitted"
         ]

@@ -45,12 +45,20 @@ class Source(NamedTuple):
     @property
     def when(self) -> tuple[str, bool]:
         """Time of the passage, and whether its name states it; else it is when the last file was written, UTC."""
-        found = TIME.search(self.name)
-        if found is not None:
-            with suppress(ValueError):
-                return datetime(*(int(part or 0) for part in found.groups())).isoformat(), True  # type: ignore[arg-type]
+        stated = time_in(self.name)
+        if stated is not None:
+            return stated.isoformat(), True
         last = max(changed for _, _, changed in self.state) // 10**9
         return datetime.fromtimestamp(last, UTC).replace(tzinfo=None).isoformat(), False
+
+
+def time_in(name: str) -> datetime | None:
+    """Return the time that a name states."""
+    found = TIME.search(name)
+    if found is not None:
+        with suppress(ValueError):
+            return datetime(*(int(part or 0) for part in found.groups()))  # type: ignore[arg-type]
+    return None
 
 
 def sources_in(folder: Path, beside: Iterable[Path] = ()) -> tuple[list[Source], list[str]]:
