@@ -167,7 +167,7 @@ def scan_of(passing: Passing, known: Known) -> Scan:
     """Return what a flat would add to the readings of a wheel like this one."""
     with algebra_on_one_thread():
         runs, values = Runs(passing, known.scene), values_of(passing, known)
-        return Scan(_coarse(runs, values, known.spread, np.ones(len(passing.sensors))), values)
+        return Scan(coarse_problem(runs, values, known.spread, np.ones(len(passing.sensors))), values)
 
 
 def values_of(passing: Passing, known: Known) -> dict[str, float]:
@@ -177,23 +177,27 @@ def values_of(passing: Passing, known: Known) -> dict[str, float]:
     return own | {SPEED: passing.speed, FORCE: passing.static_force, ADVANCE: 0.0}
 
 
-def _coarse(runs: Runs, values: dict[str, float], spread: Mapping[str, float], gain_spread: FloatArray) -> Problem:
+def coarse_problem(
+    runs: Runs, values: dict[str, float], spread: Mapping[str, float], gain_spread: FloatArray
+) -> Problem:
     """Return a wheel's readings up to the frequency at which a flat is looked for."""
     cutoff = min(float(np.clip(values[SPEED] / FIRST_WAVE, *FIRST)), runs.passing.highest)
-    return _problem(runs, values, spread, gain_spread, cutoff, FIRST_NOISE)
+    return problem_of(runs, values, spread, gain_spread, cutoff, FIRST_NOISE)
 
 
 def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen | None, before: Sized | None) -> Sized:
     runs, values = Runs(passing, known.scene), values_of(passing, known)
     track = [path for path in known.spread if path.startswith("track.")]
     own = [path for path in known.spread if path not in (*track, RADIUS)]
-    coarse = cache(lambda: _coarse(runs, values, known.spread, gain_spread))  # a wheel that is not fitted needs none
+    coarse = cache(
+        lambda: coarse_problem(runs, values, known.spread, gain_spread)
+    )  # a wheel that is not fitted needs none
     if seen is None:
         seen = Scan(coarse(), values).seen(passing.readings, passing.used)
     if seen.candidates[0].gain < SCREENED or not seen.is_round:
         return Sized({}, seen.gain, seen, runs.count)
     first = (LENGTH, POSITION, *[path for path in known.spread if path == RADIUS], FORCE, ADVANCE, SPEED)
-    fine = _problem(runs, values, known.spread, gain_spread, min(HIGHEST, passing.highest))
+    fine = problem_of(runs, values, known.spread, gain_spread, min(HIGHEST, passing.highest))
     begun = {} if before is None else {shape: fit._replace(columns={}) for shape, fit in before.fits.items()}
     if not begun:
         most = seen.candidates[0].gain
@@ -250,20 +254,20 @@ def _with_flat(values: Mapping[str, float], one: Candidate, worn: bool) -> dict[
     return {**values, LENGTH: 1.1 * one.length, POSITION: one.position, RADIUS: radius}
 
 
-def _problem(
+def problem_of(
     runs: Runs, values: dict[str, float], spread: Mapping[str, float], gain_spread: FloatArray, cutoff: float,
     deviation: float | None = None,
 ) -> Problem:  # fmt: skip
     """Return a wheel's readings up to a frequency, Hz; their deviation is that of the noise where none is stated, N."""
     passing, scene = runs.passing, runs.scene
-    band, responses = band_of(passing, cutoff), _responses(passing, scene)
+    band, responses = band_of(passing, cutoff), responses_around(passing, scene)
     stiffness = contact_stiffness(values[CONTACT], values[FORCE])
     rough = rough_columns(band, responses, stiffness, values[MASS])
     weights = Weights(band.deviations(deviation or band.noise), rough)
     return Problem(runs, band, responses, Changes(band, responses), weights, rough, values, spread, gain_spread)
 
 
-def _responses(passing: Passing, scene: Scenario) -> Responses:
+def responses_around(passing: Passing, scene: Scenario) -> Responses:
     """Return the responses of the track around the sensors."""
     seat = float(scene.track.first_sleeper)
     places = tuple((float(one.x1) - seat, float(one.x2) - seat) for one in passing.sensors)
