@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.site import Site, as_site
+from wheeltapper.describe.site import Site, as_any_site, as_site
 from wheeltapper.diagnosis.case import faults_of
 from wheeltapper.diagnosis.detection.detection import Detection
 from wheeltapper.diagnosis.detection.hit_miss import hit_miss
@@ -21,6 +21,7 @@ from wheeltapper.diagnosis.detection.signal_response import signal_response
 from wheeltapper.diagnosis.diagnose import diagnose
 from wheeltapper.diagnosis.faults.base import Sizes, fault_named
 from wheeltapper.diagnosis.finding import HEALTHY, NO_WHEEL
+from wheeltapper.diagnosis.gauges.performance import GaugePerformance, assess_gauges
 from wheeltapper.diagnosis.kept import digest_of
 from wheeltapper.diagnosis.processes import Lost, ProcessError, in_processes
 from wheeltapper.diagnosis.site.neighbours import ends_of
@@ -146,8 +147,14 @@ def assess(
     output: str | Path | None = None,
     workers: int | None = None,
     progress: Progress = True,
-) -> Performance:
-    """Measure how well a site distinguishes faults, on computed passages.
+    speeds: Sequence[float | str] | None = None,
+    static_forces: Sequence[float | str] | None = None,
+    noise: float | str | None = None,
+) -> Performance | GaugePerformance:
+    """Measure how well a site distinguishes faults: a deck on computed passages, gauges by what they will show.
+
+    Of a site with gauges on a `track` the faults are flats. Whether they are found and how well their lengths are known
+    follow from the model by which a diagnosis fits them, at places all around the wheel.
 
     Parameters
     ----------
@@ -167,6 +174,14 @@ def assess(
         Processes; by default one per core.
     progress
         As for `wheeltapper.simulate`.
+    speeds, static_forces, noise
+        Of a site with gauges: of the wheels, m/s and N (20 m/s and 80 kN by default), and the standard deviation of a
+        sample, N (0.5 kN by default). `count` wheels without a flaw are drawn at each speed and load.
+
+    Returns
+    -------
+    Performance or GaugePerformance
+        The latter of a site with gauges on a track: its chart is a map of what the site sees around a wheel.
 
     Raises
     ------
@@ -176,7 +191,17 @@ def assess(
         If the processes of some passages died: without them all numbers would be of the others only. These are
         computed first, and kept.
     """
-    site, count, seed = as_site(site), as_count(count, "count", 2), as_count(seed, "seed", 0)
+    count, seed = as_count(count, "count", 2), as_count(seed, "seed", 0)
+    place, of_gauges = as_any_site(site), {"speeds": speeds, "static_forces": static_forces, "noise": noise}
+    of_deck = {"healthy": healthy, "output": output, "workers": workers}
+    for name, value in (of_gauges if place.track is None else of_deck).items():
+        if value is not None:
+            has = "no track" if place.track is None else "a track"
+            raise InputError("", name, f"given, with a site that has {has}", "none of it")
+    if place.track is not None:
+        warn_of(site_notes(place))
+        return assess_gauges(place, faults, count, seed, progress, **of_gauges)
+    site = as_site(site)
     warn_of((*site_notes(site), *doubts(site.passage)))
     healthy = count if healthy is None else as_count(healthy, "healthy", 2)
     output = None if output is None else as_path(output, "output", "the path of a .jsonl file")

@@ -203,8 +203,11 @@ def assess(
     output: Output = None,
     plot: Path | None = None,
     workers: int | None = None,
+    speeds: Annotated[tuple[str, ...] | None, SEVERAL] = None,
+    static_forces: Annotated[tuple[str, ...] | None, SEVERAL] = None,
+    noise: str | None = None,
 ) -> int:
-    """Measure how well a site distinguishes faults, on computed passages.
+    """Measure how well a site distinguishes faults, on computed passages; of gauges on a track, by what they will show.
 
     Parameters
     ----------
@@ -225,20 +228,29 @@ def assess(
         Write a picture here (.png, .pdf, .svg).
     workers
         Processes; by default one per core.
+    speeds, static_forces
+        Of wheels, for a site with gauges on a track: "20 m/s" "80 kN".
+    noise
+        Standard deviation of a sample, for such a site: "0.5 kN".
     """
     if output is not None:
         check_target("--output", output, (".json",))
     if plot is not None:
         check_target("--plot", plot, PICTURES)
-    from wheeltapper.describe.site import as_site
+    from wheeltapper.describe.site import as_any_site, as_site
     from wheeltapper.diagnosis.performance import assess as measure
     from wheeltapper.diagnosis.processes import ProcessError
 
-    place = as_site(site)
-    kept = None if output is None else output.with_suffix(".jsonl")
+    place = as_any_site(site)
+    if place.track is None:
+        place = as_site(site)
+    kept = None if output is None or place.track is not None else output.with_suffix(".jsonl")
     chosen = _parsed_faults(faults)
+    of_gauges: dict[str, Any] = {"speeds": speeds, "static_forces": static_forces, "noise": noise}
     try:
-        found = measure(place, chosen, count=count, healthy=healthy, seed=seed, output=kept, workers=workers)
+        found = measure(
+            place, chosen, count=count, healthy=healthy, seed=seed, output=kept, workers=workers, **of_gauges
+        )
     except (KeyboardInterrupt, OSError, ProcessError) as stop:
         begun = kept is not None and kept.exists()
         where = f"what is computed is in {kept}; the same command goes on" if begun else "nothing was kept"

@@ -10,8 +10,9 @@ from wheeltapper.diagnosis.alarms import PEAKS
 from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
 from wheeltapper.diagnosis.gauges.finding import INTERVAL, WheelFinding
 from wheeltapper.diagnosis.gauges.growth import Growth
+from wheeltapper.diagnosis.gauges.performance import GaugePerformance
 from wheeltapper.diagnosis.gauges.sizing import HIGHEST
-from wheeltapper.faces.panels import BLUE, GREEN, RED, legend_above, panels
+from wheeltapper.faces.panels import BLUE, COLOURS, GREEN, RED, legend_above, panels
 from wheeltapper.record.assessment.filtering import low_passed
 
 if TYPE_CHECKING:
@@ -101,4 +102,27 @@ def draw_growth(growth: Growth) -> Figure:
     axis.set(xlabel=f"{when} [{growth.unit}]", ylabel="length of the flat [mm]", ylim=(0.0, None))
     axis.set_title(str(growth), fontsize=8, loc="left", pad=22.0)
     legend_above(axis, 4)
+    return figure
+
+
+def draw_gauge_performance(found: GaugePerformance) -> Figure:
+    """Draw which flats a site finds, and around a wheel the shortest one and how well its length is known."""
+    figure, (chances, shortest, known) = panels(3, 9.0)
+    chart, number = found.chart, 0
+    for side in chart.side.values:
+        for fault in chart.fault.values:
+            for speed in chart.speed.values:
+                own = chart.sel(side=side, fault=fault, speed=speed).isel(static_force=0)
+                colour, label = COLOURS[number % len(COLOURS)], f"{fault}, {side}, {speed:g} m/s"
+                number += 1
+                asked = own.probability.notnull().all("place")
+                own = own.isel(size=asked.values)
+                chances.plot(1e3 * own["size"], own.probability.mean("place"), ".-", color=colour, label=label)
+                shortest.plot(own.place, 1e3 * own.smallest, ".-", color=colour)
+                known.plot(own.place, 1e3 * own.deviation.isel(size=-1), ".-", color=colour)
+    chances.set(xlabel="length of the flat [mm]", ylabel="probability of detection", ylim=(-0.02, 1.02))
+    shortest.set(xlabel="place on the wheel [share of a turn]", ylabel="shortest found with 90 % [mm]")
+    known.set(xlabel="place on the wheel [share of a turn]", ylabel="sd of the longest [mm]", ylim=(0.0, None))
+    legend_above(chances, 2)
+    figure.suptitle(f"flats before gauges, {1e-3 * float(chart.static_force[0]):g} kN", x=0.02, ha="left", fontsize=9)
     return figure

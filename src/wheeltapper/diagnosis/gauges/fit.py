@@ -141,11 +141,13 @@ class Problem(NamedTuple):
     def read(self, values: Values, shape: str) -> FloatArray:
         """Return what sensors would have recorded of a run, after the low-pass, N, (samples, sensors)."""
         forces = self.runs.forces(values, shape)
-        found = self.transfer.of(forces, values)
-        for name in self.track:
-            if values[name] != self.at[name]:
-                found = found + np.log(values[name] / self.at[name]) * self.slopes()[name].of(forces, values)
-        return found
+        found = [share * transfer.of(forces, values) for share, transfer in self.transfers(values)]
+        return np.asarray(sum(found[1:], start=found[0]))
+
+    def transfers(self, values: Values) -> list[tuple[float, Transfer]]:
+        """Return operators of which readings on the track of these values are a sum, each with its factor."""
+        away = {name: float(np.log(values[name] / self.at[name])) for name in self.track}
+        return [(1.0, self.transfer), *((by, self.slopes()[name]) for name, by in away.items() if by != 0.0)]
 
     @property
     def track(self) -> list[str]:

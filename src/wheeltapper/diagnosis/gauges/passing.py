@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import pi
 from typing import Any
@@ -31,6 +31,9 @@ SAMPLES = 2.5
 """Readings are compared at so many times the cut-off frequency, a second."""
 FINER, ALIASED = 4, 0.4
 """Forces are computed so many times a sample, and then low-passed at this times the rate of the samples."""
+BEYOND, OWN = 1.4, 0.06
+"""A wheel is fitted from so far before the first gauge to so far behind the last one, m; what a gauge reads is left out
+while the wheel is so near to it, m."""
 KEPT = 48
 """Runs that are kept."""
 
@@ -86,6 +89,22 @@ class Passing:
     def lead(self) -> int:
         """How many samples a run begins before the first one."""
         return round(RUN_IN * self.rate)
+
+
+def beside_gauges(sensors: Sequence[BetweenPlaces], x: FloatArray) -> NDArray[np.bool_]:
+    """Return whether a wheel at places is not too near to the gauges of each pair, (places, sensors)."""
+    return np.stack([np.minimum(abs(x - one.x1), abs(x - one.x2)) > OWN for one in sensors], axis=1)
+
+
+def passing_without_readings(
+    sensors: Sequence[BetweenPlaces], rate: float, noise: float, speed: float, force: float, beyond: float = BEYOND
+) -> Passing:
+    """Return a wheel of which nothing is recorded, from so far beyond the gauges, m, to as far behind them."""
+    first, last = min(one.x1 for one in sensors), max(one.x2 for one in sensors)
+    count = int(np.ceil((last - first + 2.0 * beyond) / speed * rate))
+    x = np.asarray(first - beyond + speed * np.arange(count) / rate)
+    nothing = np.zeros((count, len(sensors)))
+    return Passing(tuple(sensors), rate, nothing, beside_gauges(sensors, x), float(x[0]), speed, force, noise)
 
 
 @dataclass(eq=False)

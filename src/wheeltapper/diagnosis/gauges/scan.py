@@ -128,7 +128,7 @@ class Scan:
         self.turn = 2.0 * pi * radius
         self._freed = freed = Freed(self.weights, self.weights.over(free_columns(band, self.level, speed)))
         self.orders = Orders(problem, freed, radius)
-        strikes = _Strikes(runs, values, transfer)
+        strikes = Strikes(runs, values, transfer)
         begin, end = float(passing.x[0]), float(passing.x[-1])
         first, step = begin - 0.2, speed / (FINE * band.cutoff)
         self._tried = [
@@ -138,6 +138,15 @@ class Scan:
         columns = self.weights.over(transfer.of_spectra(np.stack(spectra, axis=1)))
         self._weighed = freed.weighed(columns)
         self._size = (columns * self._weighed).sum(axis=0)
+
+    def explained(self, left: FloatArray) -> FloatArray:
+        """Return by what flats at all places explain readings over their deviations, for `gains`, (columns, ...)."""
+        return np.asarray(self._weighed.T @ left)
+
+    def gains(self, along: FloatArray) -> FloatArray:
+        """Return by how much the best flat lowers χ² of wheels, (wheels,), from what is `explained`."""
+        factor = np.clip(along / self._size[:, None], 0.0, (LONGEST / TRIED) ** 2)
+        return np.asarray((factor * (2.0 * along - factor * self._size[:, None])).max(axis=0))
 
     @property
     def smallest(self) -> FloatArray:
@@ -184,10 +193,15 @@ def free_columns(band: Band, level: FloatArray, speed: float) -> FloatArray:
     return np.concatenate([band.of_each(level), band.of_each(1e3 * np.ones_like(level)), moved], axis=1)
 
 
-class _Strikes:
-    """Spectra of what one strike adds to the force, wherever it is."""
+class Strikes:
+    """Spectra of what one strike adds to the force, wherever it is.
 
-    def __init__(self, runs: Runs, values: Values, transfer: Transfer) -> None:
+    `values` are those of a wheel without a flaw, `length`, m, and `shape` those of its flat.
+    """
+
+    def __init__(
+        self, runs: Runs, values: Values, transfer: Transfer, length: float = TRIED, shape: str = "fresh"
+    ) -> None:
         passing, speed = runs.passing, values[SPEED]
         self._transfer, self._speed, self._rate = transfer, speed, passing.rate
         self._begin = runs.start(values)
@@ -202,7 +216,7 @@ class _Strikes:
         for number in range(PLACES):
             inside = self._seat + number * self._spacing / PLACES
             place = inside + ceil((settled - inside) / self._spacing) * self._spacing
-            struck = runs.forces({**values, LENGTH: TRIED, POSITION: place}, "fresh") - smooth
+            struck = runs.forces({**values, LENGTH: length, POSITION: place}, shape) - smooth
             at = round((place - self._begin) / speed * passing.rate)
             part = struck[at - self._before : at - self._before + longest].copy()
             part[-fade:] *= np.linspace(1.0, 0.0, fade)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from math import ceil, floor
@@ -26,7 +26,7 @@ from wheeltapper.diagnosis.gauges.responses import Responses, responses_of
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
 from wheeltapper.diagnosis.gauges.scan import NEEDED, SCREENED, Candidate, Scan, Seen
 from wheeltapper.diagnosis.gauges.transfer import Transfer
-from wheeltapper.diagnosis.gauges.weighing import Weights, band_of
+from wheeltapper.diagnosis.gauges.weighing import Band, Weights, band_of
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.march.common.blocks import algebra_on_one_thread
 from wheeltapper.record.assessment.filtering import low_passed
@@ -170,7 +170,7 @@ def scan_of(passing: Passing, known: Known) -> Scan:
     """Return what a flat would add to the readings of a wheel like this one."""
     with algebra_on_one_thread():
         runs, values = Runs(passing, known.scene), values_of(passing, known)
-        return Scan(_coarse(runs, values, known.spread, np.ones(len(passing.sensors))), values)
+        return Scan(coarse_problem(runs, values, known.spread, np.ones(len(passing.sensors))), values)
 
 
 def values_of(passing: Passing, known: Known) -> dict[str, float]:
@@ -180,15 +180,17 @@ def values_of(passing: Passing, known: Known) -> dict[str, float]:
     return own | {SPEED: passing.speed, FORCE: passing.static_force, ADVANCE: 0.0}
 
 
-def _coarse(runs: Runs, values: dict[str, float], spread: Mapping[str, float], gain_spread: FloatArray) -> Problem:
+def coarse_problem(
+    runs: Runs, values: dict[str, float], spread: Mapping[str, float], gain_spread: FloatArray
+) -> Problem:
     """Return a wheel's readings up to the frequency at which a flat is looked for."""
     cutoff = min(float(np.clip(values[SPEED] / FIRST_WAVE, *FIRST)), runs.passing.highest)
-    return _problem(runs, values, spread, gain_spread, cutoff, deviation=FIRST_NOISE)
+    return problem_of(runs, values, spread, gain_spread, cutoff, deviation=FIRST_NOISE)
 
 
 def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen | None, before: Sized | None) -> Sized:
     runs, values = Runs(passing, known.scene), values_of(passing, known)
-    coarse = cache(lambda: _coarse(runs, values, known.spread, gain_spread))  # a wheel that is not fitted needs none
+    coarse = cache(lambda: coarse_problem(runs, values, known.spread, gain_spread))  # none where nothing is fitted
     if seen is None:
         seen = Scan(coarse(), values).seen(passing.readings, passing.used)
     if seen.candidates[0].gain < SCREENED or not seen.is_round:
@@ -200,7 +202,7 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen |
         begun = {shape: {**start, LENGTH: longer * start[LENGTH]} for shape, longer in LONGER.items()}
     else:
         begun = {shape: fit.values for shape, fit in before.fits.items()}
-    fine = _problem(runs, values, known.spread, gain_spread, min(HIGHEST, passing.highest), at=begun["fresh"])
+    fine = problem_of(runs, values, known.spread, gain_spread, min(HIGHEST, passing.highest), at=begun["fresh"])
     fits = _fits(fine, begun, first, [path for path in known.spread if path not in worn])
     best = min(fits.values(), key=lambda one: one.misfit)
     flawless = {**best.values, LENGTH: 0.0}
@@ -227,13 +229,13 @@ def _fits(
         fit, rounds = start, ROUNDS
         for one in fits.values():  # the other shape begins where the better one has come to
             like = {**one.values, LENGTH: one.values[LENGTH] * LONGER[shape] / LONGER[one.shape]}
-            fine = _near(fine, like)
+            fine = near(fine, like)
             fit = _refitted(fine, like, shape, first)
             rounds = 0 if fit.misfit > one.misfit + HOPELESS * max(1.0, one.chi / one.readings) else ROUNDS
         for _ in range(rounds):
-            fine = _near(fine, fit.values)
+            fine = near(fine, fit.values)
             fit = _refitted(fine, fit.values, shape, (*first, *more), steps=6, known=fit.columns)
-            if fit.chi < UNSETTLED * fit.readings and _near(fine, fit.values) is fine:
+            if fit.chi < UNSETTLED * fit.readings and near(fine, fit.values) is fine:
                 break
             fit = fit._replace(columns={})
         fits[shape] = fit
@@ -272,7 +274,7 @@ def _with_flat(values: Mapping[str, float], one: Candidate, worn: bool) -> dict[
     return {**values, LENGTH: 1.1 * one.length, POSITION: one.position, RADIUS: radius}
 
 
-def _problem(
+def problem_of(
     runs: Runs, values: dict[str, float], spread: Mapping[str, float], gain_spread: FloatArray, cutoff: float,
     at: Mapping[str, float] | None = None, deviation: float | None = None,
 ) -> Problem:  # fmt: skip
@@ -286,39 +288,35 @@ def _problem(
     stiffness = contact_stiffness(values[CONTACT], values[FORCE])
     rough = rough_columns(band, responses, stiffness, values[MASS])
     weights = Weights(band.deviations(deviation or band.noise), rough)
-    known = Problem(
-        runs,
-        band,
-        responses,
-        Transfer(band, responses, values),
-        values,
-        dict,
-        weights,
-        rough,
-        values,
-        spread,
-        gain_spread,
-    )
-    return known if at is None else _near(known, at)
+    transfers = _transfers(runs, band, at or values, spread)
+    return Problem(runs, band, responses, *transfers, weights, rough, values, spread, gain_spread)
 
 
-def _near(problem: Problem, values: Mapping[str, float]) -> Problem:
-    """Return a problem whose readings hold near other values: itself, if they do already."""
-    at, passing = problem.at, problem.runs.passing
-    if all(abs(np.log(values[name] / at[name])) < OTHERWISE for name in problem.track) and at is not problem.known:
+def near(problem: Problem, values: Mapping[str, float]) -> Problem:
+    """Return a problem whose readings hold near other values of the track: itself, if they do already."""
+    if all(abs(np.log(values[name] / problem.at[name])) < OTHERWISE for name in problem.track):
         return problem
-    scene = problem.runs.scene.replaced({name: values[name] for name in problem.track})
-    responses = _responses(passing, scene)
+    transfer, at, slopes = _transfers(problem.runs, problem.band, values, problem.spread)
+    return problem._replace(transfer=transfer, at=at, slopes=slopes)
+
+
+def _transfers(
+    runs: Runs, band: Band, values: Mapping[str, float], spread: Mapping[str, float]
+) -> tuple[Transfer, Mapping[str, float], Callable[[], Mapping[str, Transfer]]]:
+    """Return what a problem has of its `transfer`, where it belongs `at`, and its `slopes`."""
+    names = [name for name in spread if name.startswith("track.")]
+    scene = runs.scene.replaced({name: values[name] for name in names})
+    responses = responses_around(runs.passing, scene)
 
     @cache
     def slopes() -> dict[str, Transfer]:
         out = {}
-        for name in problem.track:
-            other = _responses(passing, scene.replaced({name: values[name] * float(np.exp(STEP))}))
-            out[name] = Transfer(problem.band, responses.change_to(other, STEP), values)
+        for name in names:
+            other = responses_around(runs.passing, scene.replaced({name: values[name] * float(np.exp(STEP))}))
+            out[name] = Transfer(band, responses.change_to(other, STEP), values)
         return out
 
-    return problem._replace(transfer=Transfer(problem.band, responses, values), at=values, slopes=slopes)
+    return Transfer(band, responses, values), values, slopes
 
 
 def responses_around(passing: Passing, scene: Scenario) -> Responses:

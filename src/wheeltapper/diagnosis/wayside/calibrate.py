@@ -19,12 +19,12 @@ from wheeltapper.describe.site import Site, as_any_site
 from wheeltapper.diagnosis.calibration import Calibration, Learned
 from wheeltapper.diagnosis.gauges.calibration import Estimate, Pooled, estimated, pooled
 from wheeltapper.diagnosis.gauges.known import CONTACT, OF_SITE, Known, known_of
-from wheeltapper.diagnosis.gauges.passing import Passing
+from wheeltapper.diagnosis.gauges.passing import BEYOND, OWN, Passing
 from wheeltapper.diagnosis.gauges.traffic import LEVEL, Alike, Traffic
 from wheeltapper.diagnosis.wayside.channels import channels_of
 from wheeltapper.diagnosis.wayside.measure import calibrated, trains_in
 from wheeltapper.diagnosis.wayside.measured import Measured
-from wheeltapper.diagnosis.wayside.sizes import BEYOND, OWN, SUREST, Wheels, at_places, is_unsteady, rails_of
+from wheeltapper.diagnosis.wayside.sizes import SUREST, Wheels, at_places, is_unsteady, rails_of
 from wheeltapper.diagnosis.wayside.sources import sources_in, time_in
 from wheeltapper.ground.arguments import as_quantity, check_choice
 from wheeltapper.ground.errors import InputError, value_text

@@ -21,7 +21,15 @@ from wheeltapper.describe.sensor.rail_shear_force import RailShearForce
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.gauges.finding import WheelFinding
 from wheeltapper.diagnosis.gauges.known import Known, known_of
-from wheeltapper.diagnosis.gauges.passing import LENGTH, SPEED, Passing, Runs
+from wheeltapper.diagnosis.gauges.passing import (
+    BEYOND,
+    LENGTH,
+    SPEED,
+    Passing,
+    Runs,
+    beside_gauges,
+    passing_without_readings,
+)
 from wheeltapper.diagnosis.gauges.scan import FOUND, SCREENED, Scan, Seen
 from wheeltapper.diagnosis.gauges.sizing import FIRST_NOISE, Sized, scan_of, size_of, sized_flat, values_of
 from wheeltapper.diagnosis.wayside.channels import Channel
@@ -33,12 +41,10 @@ from wheeltapper.diagnosis.wayside.wheels import Side
 from wheeltapper.record.assessment.filtering import low_passed
 
 FloatArray = NDArray[np.float64]
-BEYOND, REACH = 1.4, 9.0
-"""A wheel is fitted from so far before the first gauge to so far behind the last one, m; others are felt from as far as
-the second."""
-OWN, OTHERS = 0.06, 0.15
-"""What a gauge reads is left out while the wheel is so near to it, m, and while another wheel is between the pair's
-gauges or so near to them."""
+REACH = 9.0
+"""Other wheels are felt from so far beyond where a wheel is fitted, m."""
+OTHERS = 0.15
+"""What a gauge reads is left out while another wheel is between the pair's gauges or so near to them, m."""
 TRAVELLED = 0.15
 """Error of what flats of other wheels do to a pair, over that: it comes through some metres of track."""
 OFF = 0.05
@@ -194,7 +200,7 @@ class Wheels:
                     here = slice(both.start - window.start, both.stop - window.start)
                     readings[here] -= flat[part]
                     doubt[here] = np.hypot(doubt[here], TRAVELLED * size_of(flat[part], rail.rate))
-        used &= self._beside_gauges(x)
+        used &= beside_gauges(rail.sensors, x)
         return replace(self._passing(axle, x, readings, used), doubt=doubt)
 
     def look(self, passing: Passing) -> Seen:
@@ -269,20 +275,10 @@ class Wheels:
         places, level = self._level
         return np.stack([np.interp(x, places, one, left=0.0, right=0.0) for one in level.T], axis=1)
 
-    def _beside_gauges(self, x: FloatArray) -> NDArray[np.bool_]:
-        gauges = ((one.x1, one.x2) for one in self.rail.sensors)
-        return np.stack([np.minimum(abs(x - a), abs(x - b)) > OWN for a, b in gauges], axis=1)
-
     def _like(self, speed: float, force: float, beyond: float) -> Passing:
         """Return a wheel without readings."""
-        first, last = self.rail.ends
-        count = int(np.ceil((last - first + 2.0 * beyond) / speed * self.rail.rate))
-        x = np.asarray(first - beyond + speed * np.arange(count) / self.rail.rate)
-        nothing = np.zeros((count, len(self.rail.sensors)))
-        return Passing(
-            self.rail.sensors, self.rail.rate, nothing, self._beside_gauges(x), float(x[0]), speed, force,
-            self.rail.noise,
-        )  # fmt: skip
+        rail = self.rail
+        return passing_without_readings(rail.sensors, rail.rate, rail.noise, speed, force, beyond)
 
 
 def at_places(passing: Passing, x: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:

@@ -1,0 +1,89 @@
+"""What is foreseen of flats before gauges, against exact runs and fits of them."""
+
+import json
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from wheeltapper.diagnosis.gauges.fit import fitted
+from wheeltapper.diagnosis.gauges.foreseen import Flat, Foreseen
+from wheeltapper.diagnosis.gauges.known import known_of
+from wheeltapper.diagnosis.gauges.passing import (
+    ADVANCE,
+    FORCE,
+    LENGTH,
+    POSITION,
+    SPEED,
+    Runs,
+    passing_without_readings,
+)
+from wheeltapper.diagnosis.gauges.sizing import _weighed, problem_of
+from wheeltapper.faces.cli import main
+
+from .test_sizes_of_trains import RATE, site
+
+NOISE = 500.0
+
+
+@cache
+def foreseen(speed=20.0):
+    place = site()
+    passing = passing_without_readings(place.sensors, RATE, NOISE, speed, 8e4)
+    return Foreseen(passing, known_of(place), np.full(len(place.sensors), 0.05))
+
+
+def test_the_gain_of_a_short_flat_is_foreseen_somewhat_too_large():
+    here, places = foreseen(), foreseen().places(12)
+    added = here.scan.weights.over(here._added(here._coarse, here.values, Flat(0.0165, "fresh"), places))
+    roots = np.sqrt(here.scan.gains(here.scan.explained(added)))
+    for number in (0, 2, 7):
+        values = {**here.values, LENGTH: 0.0165, POSITION: float(places[number])}
+        exact = here.scan.seen(here.runs.readings(values, "fresh"), here.runs.passing.used).candidates[0].gain
+        assert 1.0 < roots[number] / np.sqrt(exact) < 1.45
+
+
+def test_the_length_is_known_as_well_as_by_a_fit_of_exact_readings():
+    here, place = foreseen(), 5
+    at = float(here.places(12)[place])
+    values = {**here.values, LENGTH: 0.04, POSITION: at}
+    passing = replace(here.runs.passing, readings=here.runs.readings(values, "fresh"))
+    problem = problem_of(Runs(passing, here.known.scene), here.values, here.known.spread, here._gain_spread, 800.0)
+    weighed = _weighed(problem, here.values, values, "fresh")
+    track = [path for path in here.known.spread if path.startswith("track.")]
+    own = [path for path in here.known.spread if path not in track]
+    fit = fitted(weighed, values, "fresh", (LENGTH, POSITION, FORCE, ADVANCE, SPEED, *own), track, steps=1)
+    assert here.deviation(Flat(0.04, "fresh"), 12)[place] == pytest.approx(0.04 * fit.deviation(LENGTH), rel=0.25)
+
+
+def test_a_site_of_gauges_is_assessed_and_drawn(tmp_path, capsys):
+    place = site(sensors=site().sensors[:2])
+    place.to_toml(tmp_path / "site.toml")
+    words = ["--faults", "wheel flat=0.03", "--count", "20", "--output", str(tmp_path / "found.json")]
+    assert main(["assess", str(tmp_path / "site.toml"), *words, "--plot", str(tmp_path / "found.svg")]) == 0
+    assert "wheel flat" in capsys.readouterr().out
+    (row,) = json.loads((tmp_path / "found.json").read_text())["flats"]
+    assert 0.0 < row["probability"] <= 1.0
+    assert row["half_interval_90"] > 1.645 * 0.025 * 0.03
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"faults": ["broken spring"]}, "faults: found 'broken spring'; allowed: flats"),
+        ({"workers": 2}, "workers: found given, with a site that has a track"),
+        ({"speeds": []}, "speeds: found"),
+        ({"faults": {"wheel flat": (0.05, 0.02)}}, "faults: found"),
+    ],
+)
+def test_what_cannot_be_asked_of_gauges_is_refused(given, said):
+    with pytest.raises(wt.InputError, match=re.escape(said)):
+        wt.diagnosis.assess(site(), **given)
+
+
+def test_a_deck_takes_nothing_of_gauges():
+    with pytest.raises(wt.InputError, match="noise: found given, with a site that has no track"):
+        wt.diagnosis.assess("examples/site.toml", noise="1 kN")
