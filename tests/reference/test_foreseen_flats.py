@@ -52,7 +52,7 @@ def test_the_length_is_known_as_well_as_by_a_fit_of_exact_readings():
     values = {**here.values, LENGTH: 0.04, POSITION: at}
     passing = replace(here.runs.passing, readings=here.runs.readings(values, "fresh"))
     problem = problem_of(Runs(passing, here.known.scene), here.values, here.known.spread, here._gain_spread, 800.0)
-    weighed = _weighed(problem, here.values, values, "fresh")
+    weighed = _weighed(problem, values, "fresh")
     track = [path for path in here.known.spread if path.startswith("track.")]
     own = [path for path in here.known.spread if path not in track]
     fit = fitted(weighed, values, "fresh", (LENGTH, POSITION, FORCE, ADVANCE, SPEED, *own), track, steps=1)

@@ -41,9 +41,10 @@ LONGEST_STEP, FARTHEST = 0.3, 0.03
 place by so many m."""
 FEWEST, MOST = 0.004, 0.2
 """Of the length of a flat, m: where steps lead beyond, they are shortened."""
-DONE, NEARLY = 1e-3, 20.0
-"""A fit ends where χ² falls by less than this part of itself, or than one; its derivatives are kept where it falls by
-less than this."""
+DONE = 1e-3
+"""A fit ends where χ² falls, or would fall, by less than this part of itself, or than one."""
+AT_ONCE = (ADVANCE, SPEED)
+"""Values of which derivatives cost no run."""
 DAMPED, MORE, TRIES = 1e-3, 8.0, 4
 """Levenberg's and Marquardt's damping at the start, the factor on it, and how often it is raised."""
 
@@ -190,12 +191,15 @@ def fitted(
     """
     search = _Search(problem, shape, tuple(names))
     now = search.at(dict(values), np.ones(len(problem.gain_spread)), np.zeros(2 * len(problem.gain_spread)))
-    damping, fell, columns = DAMPED, np.inf, dict(known or {})
-    for number in range(steps):
-        if number % 2 == 0 and fell > NEARLY:
-            columns |= {name: search.change(now, name) for name in names if number or name not in columns}
+    columns = dict(known or {})
+    damping, renewed = DAMPED, [name for name in names if name not in columns]
+    for _ in range(steps):
+        columns |= {name: search.change(now, name) for name in {*renewed, *AT_ONCE}.intersection(names)}
         jacobian = search.jacobian(now, columns)
         curvature, downhill = search.normal(now, jacobian)
+        least = max(DONE * now.chi, 1.0)
+        if not renewed and float(downhill @ np.linalg.solve(curvature, downhill)) < least:
+            break
         for _ in range(TRIES):
             change = np.asarray(np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), downhill))
             after = search.stepped(now, change)
@@ -203,9 +207,13 @@ def fitted(
                 break
             damping = max(damping * MORE, DAMPED)
         else:
-            break
+            if renewed == [*names]:
+                break
+            renewed = [*names]  # what was corrected step by step leads no further
+            continue
+        columns, renewed = search.corrected(columns, now, after), []
         fell, now, damping = now.chi - after.chi, after, max(damping / MORE, 1e-6)
-        if fell < max(DONE * now.chi, 1.0):
+        if fell < least:
             break
     covariance = np.asarray(np.linalg.inv(curvature))
     count = int(problem.band.counts.sum())
@@ -270,6 +278,15 @@ class _Search:
         step = STEPS.get(name, TRACK_STEP if name in problem.track else 2e-3)
         changed = problem.read(moved(now.values, name, step), self.shape)
         return problem.band.taken((changed - now.smooth) / step)
+
+    def corrected(self, columns: Mapping[str, FloatArray], now: _Now, after: _Now) -> dict[str, FloatArray]:
+        """Return derivatives that explain how readings changed by a step, changed as little as that takes (Broyden)."""
+        pairs = [(after.values[name], now.values[name], name in PLACES) for name in self.names]
+        step = np.array([new - old if place else np.log(new / old) for new, old, place in pairs])
+        changed = self.problem.band.taken(after.smooth - now.smooth)
+        missed = changed - sum(columns[name] * by for name, by in zip(self.names, step.tolist(), strict=True))
+        share = step / self.limits**2 / max(float(((step / self.limits) ** 2).sum()), 1e-30)
+        return {**columns, **{name: columns[name] + missed * by for name, by in zip(self.names, share, strict=True)}}
 
     def jacobian(self, now: _Now, columns: Mapping[str, FloatArray]) -> FloatArray:
         """Return the derivatives of the model's readings, over their deviations."""

@@ -56,7 +56,7 @@ Of a fresh flat of 29 mm at 30 m/s, with roughness, the rounded one was better b
 HOPELESS = 600.0
 """A shape that begins with the track that was fitted with the other one, and whose χ² is so much more, over the reduced
 χ², is not fitted further."""
-OTHERWISE, STEP = 0.1, 0.05
+OTHERWISE, STEP = 0.2, 0.1
 """Answers of the track are linear in its values' logarithms as long as these change by less than this; their slopes
 come from a change by so much."""
 APART = 0.05
@@ -205,7 +205,7 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen |
     fine = problem_of(runs, values, known.spread, gain_spread, min(HIGHEST, passing.highest), at=begun["fresh"])
     fits = _fits(fine, begun, first, [path for path in known.spread if path not in worn])
     best = min(fits.values(), key=lambda one: one.misfit)
-    flawless = {**best.values, LENGTH: 0.0}
+    flawless = {name: value for name, value in best.values.items() if name not in (LENGTH, POSITION)}
     without = fitted(_weighed(fine, best.values, best.shape), flawless, best.shape, (FORCE, ADVANCE, SPEED), steps=2)
     sized = Sized(fits, without.chi - best.chi, seen, runs.count)
     return sized if sized.best is None else replace(sized, shown=_shown(runs, sized.best))
