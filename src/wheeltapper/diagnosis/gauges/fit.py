@@ -41,11 +41,14 @@ LONGEST_STEP, FARTHEST = 0.3, 0.03
 place by so many m."""
 FEWEST, MOST = 0.004, 0.2
 """Of the length of a flat, m: where steps lead beyond, they are shortened."""
-DONE = 1e-3
-"""A fit ends where χ² falls, or would fall, by less than this part of itself, or than one."""
+SURER = 6.0
+"""Variances of what was known before are taken to be so many times smaller than stated: errors of the model are alike
+in many readings, and would move loads, gains, mass and contact together."""
+DONE = 3.0
+"""A fit ends where χ² falls, or would fall, by less than this: no value is then off by its standard deviation."""
 AT_ONCE = (ADVANCE, SPEED)
 """Values of which derivatives cost no run."""
-DAMPED, MORE, TRIES = 1e-3, 8.0, 4
+DAMPED, MORE, TRIES = 1e-5, 16.0, 4
 """Levenberg's and Marquardt's damping at the start, the factor on it, and how often it is raised."""
 
 
@@ -62,6 +65,8 @@ class Fit(NamedTuple):
         Of those that were free.
     covariance
         Of their logarithms (places: m), then of gains, zero lines in N, and their slopes.
+    inverse
+        Of the curvature of χ²/2: it would be the covariance if nothing were taken to be surer than stated.
     chi
         χ² with the deviations from what was known before.
     readings
@@ -78,6 +83,7 @@ class Fit(NamedTuple):
     values: dict[str, float]
     names: tuple[str, ...]
     covariance: FloatArray
+    inverse: FloatArray
     chi: float
     readings: int
     gains: FloatArray
@@ -137,7 +143,8 @@ class Problem(NamedTuple):
         """Return one over the variances of what is free: values, gains, zero lines and their slopes."""
         own = {**self.spread, SPEED: MEASURED_SPEED, FORCE: MEASURED_FORCE, ADVANCE: ARRIVAL}
         zero = np.full(2 * len(self.gain_spread), 1e-12)
-        return np.concatenate([[1.0 / own[n] ** 2 if n in own else 0.0 for n in names], self.gain_spread**-2.0, zero])
+        values = np.array([1.0 / own[n] ** 2 if n in own else 0.0 for n in names])
+        return np.concatenate([SURER * values, SURER * self.gain_spread**-2.0, zero])
 
     def read(self, values: Values, shape: str) -> FloatArray:
         """Return what sensors would have recorded of a run, after the low-pass, N, (samples, sensors)."""
@@ -169,7 +176,7 @@ def moved(values: Values, name: str, by: float) -> dict[str, float]:
 
 
 def fitted(
-    problem: Problem, values: Values, shape: str, names: Sequence[str], steps: int = 6,
+    problem: Problem, values: Values, shape: str, names: Sequence[str], steps: int = 10,
     known: Mapping[str, FloatArray] | None = None,
 ) -> Fit:  # fmt: skip
     """Return a flat fitted to readings.
@@ -197,8 +204,7 @@ def fitted(
         columns |= {name: search.change(now, name) for name in {*renewed, *AT_ONCE}.intersection(names)}
         jacobian = search.jacobian(now, columns)
         curvature, downhill = search.normal(now, jacobian)
-        least = max(DONE * now.chi, 1.0)
-        if not renewed and float(downhill @ np.linalg.solve(curvature, downhill)) < least:
+        if not renewed and float(downhill @ np.linalg.solve(curvature, downhill)) < DONE:
             break
         for _ in range(TRIES):
             change = np.asarray(np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), downhill))
@@ -212,15 +218,24 @@ def fitted(
             renewed = [*names]  # what was corrected step by step leads no further
             continue
         columns, renewed = search.corrected(columns, now, after), []
-        fell, now, damping = now.chi - after.chi, after, max(damping / MORE, 1e-6)
-        if fell < least:
+        fell, now, damping = now.chi - after.chi, after, max(damping / MORE, 1e-8)
+        if fell < DONE:
             break
-    covariance = np.asarray(np.linalg.inv(curvature))
+    inverse, covariance = covariance_of(curvature, search.precision)
     count = int(problem.band.counts.sum())
     return Fit(
-        shape, now.values, search.names, covariance, now.chi, count, now.gains, now.zeros, columns,
+        shape, now.values, search.names, covariance, inverse, now.chi, count, now.gains, now.zeros, columns,
         problem.weights.logarithm,
     )  # fmt: skip
+
+
+def covariance_of(curvature: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the inverse of a curvature, and the covariance of a fit that takes what is known to be surer than it is.
+
+    `precision` is that of what was known, as it is taken.
+    """
+    inverse = np.asarray(np.linalg.inv(curvature))
+    return inverse, inverse @ (curvature + (SURER - 1.0) * np.diag(precision)) @ inverse
 
 
 def _told(readings: FloatArray, gains: FloatArray, zeros: FloatArray) -> FloatArray:

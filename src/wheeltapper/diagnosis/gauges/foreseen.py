@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.stats import norm
 
-from wheeltapper.diagnosis.gauges.fit import STEPS, TRACK_STEP, Problem, moved
+from wheeltapper.diagnosis.gauges.fit import STEPS, TRACK_STEP, Problem, covariance_of, moved
 from wheeltapper.diagnosis.gauges.known import RADIUS, Known
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
 from wheeltapper.diagnosis.gauges.scan import SCREENED, Scan, Strikes
@@ -88,7 +88,7 @@ class Foreseen:
         level = self._level(problem, self.values)
         added = self._added(problem, self.values, flat, places)
         changes = {name: self._change(problem, name, flat, places, level, added) for name in names}
-        precision = np.diag(problem.precision(names))
+        precision = problem.precision(names)
         out = []
         for number in range(count):
             total = level + added[:, number]
@@ -96,7 +96,7 @@ class Foreseen:
             weights = Weights(np.hypot(problem.band.deviations(problem.band.noise), error), problem.rough)
             free = np.stack([changes[name][:, number] for name in names], axis=1)
             jacobian = weights.over(np.concatenate([free, self._beside(problem, total)], axis=1))
-            covariance = np.linalg.inv(jacobian.T @ weights.weighed(jacobian) + precision)
+            _, covariance = covariance_of(jacobian.T @ weights.weighed(jacobian) + np.diag(precision), precision)
             out.append(flat.length * float(np.sqrt(covariance[0, 0])))
         return np.array(out)
 

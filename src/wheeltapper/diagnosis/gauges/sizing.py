@@ -215,7 +215,7 @@ def _found(coarse: Problem, seen: Seen, values: dict[str, float], names: Sequenc
     """Return the fresh flat that explains a wheel's readings best below a low frequency."""
     most = seen.candidates[0].gain
     worth = [one for one in seen.candidates if one.gain > most - max(ALSO, SHARE * most)]
-    tried = [fitted(coarse, _with_flat(values, one, RADIUS in names), "fresh", names, steps=5) for one in worth]
+    tried = [fitted(coarse, _with_flat(values, one, RADIUS in names), "fresh", names, steps=6) for one in worth]
     return min(tried, key=lambda one: one.chi).values
 
 
@@ -234,7 +234,7 @@ def _fits(
             rounds = 0 if fit.misfit > one.misfit + HOPELESS * max(1.0, one.chi / one.readings) else ROUNDS
         for _ in range(rounds):
             fine = near(fine, fit.values)
-            fit = _refitted(fine, fit.values, shape, (*first, *more), steps=6, known=fit.columns)
+            fit = _refitted(fine, fit.values, shape, (*first, *more), steps=10, known=fit.columns)
             if fit.chi < UNSETTLED * fit.readings and near(fine, fit.values) is fine:
                 break
             fit = fit._replace(columns={})
@@ -243,7 +243,7 @@ def _fits(
 
 
 def _refitted(
-    problem: Problem, values: Mapping[str, float], shape: str, names: Sequence[str], steps: int = 5,
+    problem: Problem, values: Mapping[str, float], shape: str, names: Sequence[str], steps: int = 6,
     known: Mapping[str, FloatArray] | None = None,
 ) -> Fit:  # fmt: skip
     """Return a flat that is fitted from these values, with weights that belong to them."""
