@@ -8,7 +8,7 @@ import pytest
 
 import wheeltapper as wt
 from tests.looks import flaws
-from wheeltapper.diagnosis.gauges.fit import Fit
+from wheeltapper.diagnosis.gauges.fit import SURER, Fit, covariance_of
 from wheeltapper.diagnosis.gauges.known import known_of
 from wheeltapper.diagnosis.gauges.shares import shares_of
 
@@ -62,17 +62,18 @@ def test_the_parts_of_a_lengths_error_are_those_of_a_least_squares_problem():
     names, free = ("length", "track.pad_stiffness", "speed", "vehicle.mass"), 8
     jacobian = rng.standard_normal((40, free)) * np.array([300.0, 9.0, 20.0, 12.0, 4.0, 5.0, 1.0, 1.0])
     deviations = np.array([np.inf, 0.2, 0.002, 0.08, 0.05, 0.03, np.inf, np.inf])  # the last four: gains and zero lines
-    covariance = np.linalg.inv(jacobian.T @ jacobian + np.diag(deviations**-2.0))
-    fit = Fit("fresh", {}, names, covariance, 30.0, 40, np.ones(2), np.zeros(4), {}, 0.0)
+    precision = SURER * deviations**-2.0
+    inverse, covariance = covariance_of(jacobian.T @ jacobian + np.diag(precision), precision)
+    fit = Fit("fresh", {}, names, covariance, inverse, 30.0, 40, np.ones(2), np.zeros(4), {}, 0.0)
     own, common = shares_of(fit, {"track.pad_stiffness": 0.2, "vehicle.mass": 0.08}, {"a": 0.05, "b": 0.03})
     assert list(common) == ["track.pad_stiffness", "vehicle.mass", "gain of a", "gain of b"]
     for number, name in zip((1, 3, 4, 5), common, strict=True):
         before = np.zeros(free)
         before[number] = deviations[number]  # readings of a truth of 0, fitted with this value before
-        estimate = covariance @ (before / deviations**2)
+        estimate = inverse @ (precision * before)
         assert estimate[0] == pytest.approx(common[name], rel=1e-12)
-    of_readings = covariance[0] @ jacobian.T
-    of_speed = covariance[0, 2] / deviations[2]
+    of_readings = inverse[0] @ jacobian.T
+    of_speed = inverse[0, 2] * precision[2] * deviations[2]
     assert own == pytest.approx(np.hypot(np.sqrt(of_readings @ of_readings), of_speed), rel=1e-9)
 
 
