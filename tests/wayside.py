@@ -17,6 +17,8 @@ RADIUS, MASS, HERTZ = 0.46, 600.0, 9.4125e10
 BENDING, RAIL_MASS = 2.1e11 * 3.04e-5, 60.2  # 60E1
 PAD, PAD_DAMPING, SLEEPER, BALLAST, BALLAST_DAMPING = 2e8, 3e4, 150.0, 8e7, 6e4
 PER_BAY, SPACING = 6, 0.6
+FINELY = 20e3
+"""Steps a second, at least."""
 GAUGE = 0.1
 """Length over which a shear gauge takes the mean, m: about what a rail's web does."""
 ISO_3095 = {
@@ -209,9 +211,15 @@ class Line:
     def passages(self, wheels, speed, rate):
         """Return what wheels do on the line, each alone, at samples of this rate; steps are at most 50 us."""
         a, b = self.way
-        every = int(np.ceil(20e3 / rate))
+        every = int(np.ceil(FINELY / rate))
         x = a + speed / (every * rate) * np.arange(int((b - a) / speed * rate) * every)
         return self.along(wheels, x[None, :], rate, every)
+
+    def recorded(self, wheels, speed, rate):
+        """Return what wheels do, with channels that went through a recorder's filter before they were sampled."""
+        found, every = self.passages(wheels, speed, FINELY), round(FINELY / rate)
+        filtered = sosfiltfilt(butter(4, 0.4 * rate, fs=FINELY, output="sos"), found.readings, axis=-1)
+        return Passages(found.x[::every], found.forces[:, ::every], filtered[..., ::every])
 
     def along(self, wheels, x, rate, every):
         """Return what wheels do alone that are at the places x, m, (wheel or 1, step), `every` steps a sample.

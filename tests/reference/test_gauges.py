@@ -57,7 +57,7 @@ def passages(speed, wheels, differs=True):
     """Return the places of wheels over time, and what the gauges read; `differs`: on a track other than the model's."""
     other = {"pad": 1.04 * PAD, "ballast": 1.1 * BALLAST, "pad_damping": 0.85 * PAD_DAMPING, "hertz": 0.94 * HERTZ}
     line = Line([("pair", *one) for one in PAIRS], shear=SHEAR, per_bay=12, **(other if differs else {}))
-    found = line.passages(wheels, speed, RATE)
+    found = line.recorded(wheels, speed, RATE)
     return found.x, found.readings
 
 

@@ -64,7 +64,7 @@ def recordings(flawed):
     for axle in range(len(AXLES)):
         length, first, worn = FLATS[axle] if flawed and axle in FLATS else (0.0, 0.0, False)
         wheels.append(Wheel(float(rng.uniform(50e3, 90e3)), 40 + axle, (length, first) if length else None, worn))
-    passages = line.passages(wheels, SPEED, RATE)
+    passages = line.recorded(wheels, SPEED, RATE)
     read, _ = train_of(line, passages, SPEED, RATE, AXLES, range(len(AXLES)))
     gains = 1.0 + 0.05 * rng.standard_normal((len(PAIRS), 1))
     noisy = gains * read + 500.0 * rng.standard_normal(read.shape)
