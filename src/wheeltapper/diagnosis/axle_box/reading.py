@@ -1,0 +1,146 @@
+"""From what an axle box recorded to a finding on its wheel and on the rail.
+
+Theory: docs/theory/gauges.rst, section 16.11.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.axle_box.finding import AxleBoxFinding
+from wheeltapper.diagnosis.axle_box.joints import RailFlaw, flaws_in
+from wheeltapper.diagnosis.axle_box.turns import FEWEST, Turns, average_of, seats_of, turns_of
+from wheeltapper.diagnosis.axle_box.wheel import Wheel, seen_of
+from wheeltapper.diagnosis.gauges.fit import MEASURED_FORCE
+from wheeltapper.diagnosis.gauges.known import RADIUS, known_of
+from wheeltapper.diagnosis.gauges.sizing import HIGHEST
+from wheeltapper.diagnosis.gauges.weighing import ORDER
+from wheeltapper.ground.errors import InputError
+from wheeltapper.march.common.blocks import algebra_on_one_thread
+from wheeltapper.record.assessment.filtering import low_passed
+from wheeltapper.record.recordings.recording import Recording
+
+FloatArray = NDArray[np.float64]
+LOWEST = 1000.0
+"""Samples per second that are needed."""
+PER_CUTOFF = 3.0
+"""Samples per period of the cut-off frequency, at least."""
+SPEED_SPREAD = 0.02
+"""Standard deviation of a measured speed, over it."""
+WIDE = 3.0
+"""The period is looked for within so many standard deviations."""
+SEAT_SPREAD = 4e-3
+"""Standard deviation of a radius that follows from the seats' passing, over it."""
+BEFORE, BEHIND = 0.4, 1.6
+"""A flaw of the rail is felt from so far before it to so far behind it, m."""
+HARMONICS = 4
+"""Of the seats' passing, that are taken away."""
+ROUNDS = 2
+"""How often the rail's flaws are looked for, each time without the wheel's part of the time before."""
+
+
+class Parts(NamedTuple):
+    """A recording in parts: the average turn with its standard error, m/s², what is left, and the rail's flaws in it."""
+
+    average: FloatArray
+    error: FloatArray
+    left: FloatArray
+    flaws: list[RailFlaw]
+
+
+def read_axle_box(recording: Recording, site: Site, speed: float | None = None) -> AxleBoxFinding:
+    """Return what the acceleration of an axle box shows of its wheel and of the rail.
+
+    Parameters
+    ----------
+    recording
+        Of a "vertical acceleration", at a steady speed over six turns of the wheel or more.
+    site
+        The track, and what rolls on it.
+    speed
+        Measured, m/s; by default that of the recording.
+
+    Raises
+    ------
+    InputError
+        If the recording is of something else, too short, too slow, or without a speed.
+    """
+    if recording.quantity != "vertical acceleration":
+        raise InputError(recording.source, "quantity", repr(recording.quantity), "'vertical acceleration'")
+    if recording.rate < LOWEST:
+        raise InputError(recording.source, "rate", f"{recording.rate:g} Hz", f"at least {LOWEST:g} Hz")
+    measured = abs(recording.speed or 0.0) if speed is None else speed
+    if not measured > 0.0:
+        raise InputError(recording.source, "speed", "none", "the measured speed of the vehicle")
+    known = known_of(site)
+    radius = float(known.scene.vehicle.radius)
+    spread = WIDE * float(np.hypot(SPEED_SPREAD, known.spread.get(RADIUS, 0.0)))
+    least = FEWEST * 2.0 * pi * radius / measured * (1.0 + spread)
+    if recording.duration < least:
+        raise InputError(recording.source, "samples", f"{recording.duration:.3g} s", f"{FEWEST} turns, {least:.3g} s")
+    with algebra_on_one_thread():
+        return _read(recording, site, measured, spread)
+
+
+def _read(recording: Recording, site: Site, measured: float, spread: float) -> AxleBoxFinding:
+    known, rate = known_of(site), recording.rate
+    radius, spacing = float(known.scene.vehicle.radius), float(known.scene.track.spacing)
+    assert site.static_force is not None
+    cutoff = min(HIGHEST, rate / PER_CUTOFF)
+    filled, used = _filled(recording, cutoff)
+    smooth = low_passed(filled - filled[used].mean(), rate, cutoff, ORDER)
+    turn = 2.0 * pi * radius
+    turns = turns_of(smooth, rate, turn / measured, spread, spacing / turn, cutoff)
+    average, _ = average_of(turns.folded(np.where(used, smooth, np.nan), rate))
+    times = np.arange(len(smooth)) / rate
+    speed = turn / turns.mean
+    passing = seats_of(smooth - turns.unfolded(average, times), rate, speed / spacing, spread)
+    if passing is not None:
+        speed = passing * spacing
+        radius, uncertain = speed * turns.mean / (2.0 * pi), {**known.spread, RADIUS: SEAT_SPREAD}
+        known = known._replace(scene=known.scene.replaced({RADIUS: radius}), spread=uncertain)
+    force_spread = site.uncertainty.get("static_force", MEASURED_FORCE)
+    wheel = Wheel(known, float(site.static_force), force_spread, turns, speed, cutoff)
+    parts = _parts(wheel, smooth, used, rate, passing)
+    seen = seen_of(wheel, parts.average, parts.error)
+    return AxleBoxFinding(recording, wheel, seen, parts.average, parts.error, parts.left, tuple(parts.flaws), passing)
+
+
+def _parts(wheel: Wheel, smooth: FloatArray, used: NDArray[np.bool_], rate: float, passing: float | None) -> Parts:
+    """Return what is the wheel's, and what is left with the rail's flaws in it."""
+    turns, times = wheel.turns, np.arange(len(smooth)) / rate
+    own, turn = used.copy(), wheel.speed * wheel.period
+    average = np.nanmedian(turns.folded(np.where(own, smooth, np.nan), rate), axis=0)
+    for _ in range(ROUNDS):
+        left = _without_seats(np.where(used, smooth - turns.unfolded(average, times), 0.0), times, passing)
+        flaws = flaws_in(left, rate, wheel.speed, wheel.answer, turn)
+        x, own = times * wheel.speed, used.copy()
+        for one in flaws:
+            own &= (x < one.place - BEFORE) | (x > one.place + BEHIND)
+        average, error = average_of(turns.folded(np.where(own, smooth, np.nan), rate))
+    return Parts(average, error, left, flaws)
+
+
+def _without_seats(left: FloatArray, times: FloatArray, passing: float | None) -> FloatArray:
+    """Return samples without the harmonics of the seats' passing."""
+    if passing is None:
+        return left
+    phases = 2.0 * np.pi * passing * times[:, None] * np.arange(1, HARMONICS + 1)
+    columns = np.concatenate([np.cos(phases), np.sin(phases)], axis=1)
+    return left - columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
+
+
+def _filled(recording: Recording, cutoff: float) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return samples with those that are missing or clipped filled in, and which are not touched by such ones."""
+    good = np.isfinite(recording.samples) & ~recording.clipped
+    if not good.any():
+        raise InputError(recording.source, "samples", "none that is good", "some")
+    number = np.arange(len(good))
+    filled = np.interp(number, number[good], recording.samples[good])
+    around = int(recording.rate / cutoff)
+    return filled, np.convolve(~good, np.ones(2 * around + 1), "same") == 0
