@@ -40,6 +40,8 @@ BEFORE, BEHIND = 0.4, 1.6
 """A flaw of the rail is felt from so far before it to so far behind it, m."""
 HARMONICS = 4
 """Of the seats' passing, that are taken away."""
+SHARE = 0.4
+"""Where flaws of the rail leave less than this part of the turns, they all count."""
 ROUNDS = 2
 """How often the rail's flaws are looked for, each time without the wheel's part of the time before."""
 
@@ -122,7 +124,9 @@ def _parts(wheel: Wheel, smooth: FloatArray, used: NDArray[np.bool_], rate: floa
         x, own = times * wheel.speed, used.copy()
         for one in flaws:
             own &= (x < one.place - BEFORE) | (x > one.place + BEHIND)
-        average, error = average_of(turns.folded(np.where(own, smooth, np.nan), rate))
+        every, kept = (turns.folded(np.where(one, smooth, np.nan), rate) for one in (used, own))
+        thin = np.isfinite(kept).sum(axis=0) < SHARE * turns.count
+        average, error = average_of(np.where(thin, every, kept))
     return Parts(average, error, left, flaws)
 
 

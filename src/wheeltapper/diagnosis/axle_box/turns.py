@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
+from scipy.optimize import least_squares
 
 from wheeltapper.diagnosis.gauges.passing import SAMPLES
 
@@ -21,8 +22,13 @@ FEWEST, FIRST = 6, 12
 STEP, FINE, BESIDE = 0.5, 0.1, 6
 """Of the period in a search at first, and near what was found: the last turn is moved by this over the cut-off
 frequency; and how many such steps are tried to each side."""
-REPEATS = 6.0
-"""A wheel's turns are seen if the median turn has so many times the energy that chance gives it."""
+CLIPPED = 0.98
+"""Accelerations count up to what this part of them does not exceed: so no joint counts for many strikes of a wheel."""
+REPEATS, STRIKES = 2.0, 36.0
+"""A wheel's turns are seen if the median turn has so many times the energy that chance gives it, or its largest
+acceleration."""
+LAG, TOGETHER = 2e-3, 1e-4
+"""Turns are moved by so many seconds to be most like the median turn; lags that differ by less tell of noise, s."""
 CHANGE = 5e-4
 """Largest change of the period from turn to turn, over it."""
 SEATS, APART = 4, 0.07
@@ -92,7 +98,8 @@ def turns_of(samples: FloatArray, rate: float, expected: float, spread: float, s
     seats
         Distance of the seats over the wheel's circumference.
     """
-    duration = len(samples) / rate
+    level = float(np.quantile(np.abs(samples), CLIPPED))
+    samples, duration = np.clip(samples, -level, level), len(samples) / rate
     whole = int(duration / (expected * (1.0 + spread)))
     count = min(FIRST, whole)
     step = STEP / cutoff / count
@@ -108,16 +115,35 @@ def turns_of(samples: FloatArray, rate: float, expected: float, spread: float, s
         if count == whole:
             break
         count = min(2 * count, whole)
-    if not _repeats(best.folded(samples, rate)):
+    if _repeats(best.folded(samples, rate)):
+        best = _refined(_refined(best, samples, rate), samples, rate)
+    else:
         best = Turns(expected, 0.0, whole, ceil(SAMPLES * cutoff * expected))
     return best._replace(count=int(best.done(np.array([duration]))[0]))
 
 
 def _repeats(folded: FloatArray) -> bool:
     """Return whether turns are alike."""
-    chance = 0.5 * pi * np.nanvar(folded, axis=0, ddof=1) / len(folded)
-    median = np.nanmedian(folded, axis=0)
-    return bool(np.var(median) > REPEATS * chance.mean())
+    chance = 0.5 * pi * uniform_filter1d(np.nanvar(folded, axis=0, ddof=1), 5, mode="wrap") / len(folded)
+    squared = (np.nanmedian(folded, axis=0) - np.nanmean(folded)) ** 2
+    return bool(squared.mean() > REPEATS * chance.mean() or np.max(squared / chance) > STRIKES)
+
+
+def _refined(turns: Turns, samples: FloatArray, rate: float) -> Turns:
+    """Return turns whose lags behind the median turn do not grow."""
+    folded = np.nan_to_num(turns.folded(samples, rate))
+    lines = np.fft.rfft(folded, axis=1)
+    alike = np.fft.irfft(lines * np.conj(np.fft.rfft(np.median(folded, axis=0))), turns.bins, axis=1)
+    most = ceil(LAG / turns.period * turns.bins)
+    near = alike[:, np.arange(-most - 1, most + 2)]
+    top = 1 + np.argmax(near[:, 1:-1], axis=1)
+    a, b, c = (near[np.arange(turns.count), top + one] for one in (-1, 0, 1))
+    lag = (top - most - 1 + 0.5 * (a - c) / (a - 2.0 * b + c)) / turns.bins * turns.period
+    number = np.arange(turns.count) + 0.5
+    found = least_squares(
+        lambda x: (x[0] + x[1] * number + x[2] * number**2 - lag) / TOGETHER, np.zeros(3), loss="cauchy", x_scale="jac"
+    ).x
+    return turns._replace(period=turns.period + float(found[1]), change=turns.change + 2.0 * float(found[2]))
 
 
 def _best(
