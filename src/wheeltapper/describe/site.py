@@ -279,7 +279,8 @@ def as_site(given: Any) -> Site:
     """Return a site with a deck and its model; for a path, the one that the TOML file describes."""
     site, source = as_any_site(given), "" if isinstance(given, Site) else str(given)
     if site.passage is None:
-        allowed = "a site with the passage of a healthy wheelset over a deck; sensors alone are for `measure_trains`"
+        allowed = "a site with the passage of a healthy wheelset over a deck; sensors alone are for `measure_trains`, "
+        allowed += "a track alone for `diagnose_axle_box`"
         raise InputError(source, "passage", "none", allowed)
     return site
 

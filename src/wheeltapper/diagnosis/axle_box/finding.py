@@ -170,7 +170,7 @@ class AxleBoxFinding(Shown):
             "speed_from": "radius" if self.passing is None else "seats",
             "radius": self.wheel.speed * self.wheel.period / (2.0 * pi),
             "radius_deviation": self.wheel.known.spread.get(RADIUS, 0.0) * self.wheel.values[RADIUS],
-            "turns": turns.count,
+            "turns": turns.whole,
             "turn": self.wheel.period,
             "chi_squared_reduced": self.reduced,
             "gain": self.seen.gain,

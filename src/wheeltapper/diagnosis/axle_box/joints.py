@@ -97,8 +97,8 @@ def flaws_in(
         Circumference of the wheel, m.
     """
     count = len(left)
-    x = (np.arange(count) - count // 2) * speed / rate
-    frequencies = np.fft.rfftfreq(count, 1.0 / rate)
+    x = np.asarray((np.arange(count) - count // 2) * speed / rate, dtype=np.float64)
+    frequencies = np.asarray(np.fft.rfftfreq(count, 1.0 / rate), dtype=np.float64)
     piece = max(16, int(PIECE * turn / speed * rate))
     measured, power = welch(left, rate, nperseg=min(count, piece), average="median")
     weight = answer(frequencies) / np.interp(frequencies, measured, np.maximum(power, 1e-9 * power.max()))
@@ -141,7 +141,9 @@ def _other_turns(top: FloatArray, at: int, turn: float, around: float) -> float:
     near = int(np.ceil(around))
     others = np.arange(-int(at / turn), int((len(top) - 1 - at) / turn) + 1)
     middles = np.rint(at + others[others != 0] * turn).astype(int)
-    return float(np.median([top[max(0, one - near) : one + near + 1].max() for one in middles])) if len(middles) else 0.0
+    return (
+        float(np.median([top[max(0, one - near) : one + near + 1].max() for one in middles])) if len(middles) else 0.0
+    )
 
 
 def _flaw(

@@ -6,23 +6,26 @@ Theory: docs/theory/gauges.rst, section 16.11.
 from __future__ import annotations
 
 from math import pi
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.site import Site
+from wheeltapper.describe.site import Site, as_any_site
 from wheeltapper.diagnosis.axle_box.finding import AxleBoxFinding
 from wheeltapper.diagnosis.axle_box.joints import RailFlaw, flaws_in
-from wheeltapper.diagnosis.axle_box.turns import FEWEST, Turns, average_of, seats_of, turns_of
+from wheeltapper.diagnosis.axle_box.turns import FEWEST, average_of, seats_of, turns_of
 from wheeltapper.diagnosis.axle_box.wheel import Wheel, seen_of
 from wheeltapper.diagnosis.gauges.fit import MEASURED_FORCE
 from wheeltapper.diagnosis.gauges.known import RADIUS, known_of
 from wheeltapper.diagnosis.gauges.sizing import HIGHEST
 from wheeltapper.diagnosis.gauges.weighing import ORDER
+from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.march.common.blocks import algebra_on_one_thread
 from wheeltapper.record.assessment.filtering import low_passed
+from wheeltapper.record.recordings.read import read_recording
 from wheeltapper.record.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
@@ -47,7 +50,7 @@ ROUNDS = 2
 
 
 class Parts(NamedTuple):
-    """A recording in parts: the average turn with its standard error, m/s², what is left, and the rail's flaws in it."""
+    """The average turn with its standard error, m/s², what of a recording is left, and the rail's flaws in it."""
 
     average: FloatArray
     error: FloatArray
@@ -55,36 +58,45 @@ class Parts(NamedTuple):
     flaws: list[RailFlaw]
 
 
-def read_axle_box(recording: Recording, site: Site, speed: float | None = None) -> AxleBoxFinding:
-    """Return what the acceleration of an axle box shows of its wheel and of the rail.
+def diagnose_axle_box(
+    recording: Recording | str | Path, site: Site | str | Path, *, speed: float | str | None = None
+) -> AxleBoxFinding:
+    """Return what the acceleration of an axle box shows of its wheel, and of the rail.
 
     Parameters
     ----------
     recording
-        Of a "vertical acceleration", at a steady speed over six turns of the wheel or more.
+        Of a "vertical acceleration" at a steady speed, over six turns of the wheel or more; or the path of its file.
     site
-        The track, and what rolls on it.
+        The track and the wheel on it, with its `static_force`; or the path of the TOML file.
     speed
-        Measured, m/s; by default that of the recording.
+        Measured, m/s or as "80 km/h"; by default that of the recording.
 
     Raises
     ------
     InputError
-        If the recording is of something else, too short, too slow, or without a speed.
+        If the recording is of something else, too short, of too low a rate, or without a speed; if the site says too
+        little.
     """
+    if not isinstance(recording, Recording):
+        recording = read_recording(recording, quantity="vertical acceleration")
+    site, source = as_any_site(site), recording.source
+    if site.track is None or site.static_force is None:
+        missing = "track" if site.track is None else "static_force"
+        raise InputError(site.name, missing, "none", "a track, and the static force of the wheel")
     if recording.quantity != "vertical acceleration":
-        raise InputError(recording.source, "quantity", repr(recording.quantity), "'vertical acceleration'")
+        raise InputError(source, "quantity", repr(recording.quantity), "'vertical acceleration'")
     if recording.rate < LOWEST:
-        raise InputError(recording.source, "rate", f"{recording.rate:g} Hz", f"at least {LOWEST:g} Hz")
-    measured = abs(recording.speed or 0.0) if speed is None else speed
+        raise InputError(source, "rate", f"{recording.rate:g} Hz", f"at least {LOWEST:g} Hz")
+    measured = abs(recording.speed or 0.0) if speed is None else as_quantity(speed, "speed", "speed")
     if not measured > 0.0:
-        raise InputError(recording.source, "speed", "none", "the measured speed of the vehicle")
+        raise InputError(source, "speed", "none", "the measured speed of the vehicle, as 80 km/h")
     known = known_of(site)
-    radius = float(known.scene.vehicle.radius)
     spread = WIDE * float(np.hypot(SPEED_SPREAD, known.spread.get(RADIUS, 0.0)))
-    least = FEWEST * 2.0 * pi * radius / measured * (1.0 + spread)
+    least = FEWEST * 2.0 * pi * float(known.scene.vehicle.radius) / measured * (1.0 + spread)
     if recording.duration < least:
-        raise InputError(recording.source, "samples", f"{recording.duration:.3g} s", f"{FEWEST} turns, {least:.3g} s")
+        found, allowed = f"{recording.duration:.3g} s", f"{FEWEST} turns of the wheel, {least:.3g} s"
+        raise InputError(source, "samples", found, allowed)
     with algebra_on_one_thread():
         return _read(recording, site, measured, spread)
 
@@ -125,7 +137,7 @@ def _parts(wheel: Wheel, smooth: FloatArray, used: NDArray[np.bool_], rate: floa
         for one in flaws:
             own &= (x < one.place - BEFORE) | (x > one.place + BEHIND)
         every, kept = (turns.folded(np.where(one, smooth, np.nan), rate) for one in (used, own))
-        thin = np.isfinite(kept).sum(axis=0) < SHARE * turns.count
+        thin = np.isfinite(kept).sum(axis=0) < SHARE * turns.whole
         average, error = average_of(np.where(thin, every, kept))
     return Parts(average, error, left, flaws)
 
@@ -136,7 +148,7 @@ def _without_seats(left: FloatArray, times: FloatArray, passing: float | None) -
         return left
     phases = 2.0 * np.pi * passing * times[:, None] * np.arange(1, HARMONICS + 1)
     columns = np.concatenate([np.cos(phases), np.sin(phases)], axis=1)
-    return left - columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
+    return np.asarray(left - columns @ np.linalg.lstsq(columns, left, rcond=None)[0])
 
 
 def _filled(recording: Recording, cutoff: float) -> tuple[FloatArray, NDArray[np.bool_]]:

@@ -48,21 +48,21 @@ class Turns(NamedTuple):
         Duration of the first turn, s.
     change
         By how much each turn is longer than the one before, s.
-    count
-        Whole turns.
+    whole
+        How many are whole.
     bins
         Places of the wheel at which turns are compared.
     """
 
     period: float
     change: float
-    count: int
+    whole: int
     bins: int
 
     @property
     def mean(self) -> float:
         """Mean duration of a turn, s."""
-        return float(self.when(float(self.count)) / self.count)
+        return float(self.when(float(self.whole)) / self.whole)
 
     def when(self, turns: FloatArray | float) -> FloatArray:
         """Return the times after the first sample at which so many turns are done, s."""
@@ -74,8 +74,8 @@ class Turns(NamedTuple):
         return np.asarray(2.0 * times / self.period / (1.0 + np.sqrt(np.maximum(1.0 + slow, 0.0))))
 
     def folded(self, samples: FloatArray, rate: float) -> FloatArray:
-        """Return samples turn by turn, (count, bins); those beyond the ends are missing."""
-        places = np.arange(self.count)[:, None] + np.arange(self.bins) / self.bins
+        """Return samples turn by turn, (turns, bins); those beyond the ends are missing."""
+        places = np.arange(self.whole)[:, None] + np.arange(self.bins) / self.bins
         return np.asarray(np.interp(self.when(places) * rate, np.arange(len(samples)), samples, right=np.nan))
 
     def unfolded(self, average: FloatArray, times: FloatArray) -> FloatArray:
@@ -103,14 +103,13 @@ def turns_of(samples: FloatArray, rate: float, expected: float, spread: float, s
     whole = int(duration / (expected * (1.0 + spread)))
     count = min(FIRST, whole)
     step = STEP / cutoff / count
-    periods = expected + np.arange(-ceil(spread * expected / step), ceil(spread * expected / step) + 1) * step
-    fine = 2.0 * step / count
-    changes = np.arange(-ceil(CHANGE * expected / fine), ceil(CHANGE * expected / fine) + 1) * fine
+    periods = expected + _steps(spread * expected, step)
+    changes = _steps(CHANGE * expected, 2.0 * step / count)
     best = _best(samples, rate, periods, changes, count, seats, cutoff)
     while True:
-        step, near = FINE / cutoff / count, np.arange(-BESIDE, BESIDE + 1)
+        near = _steps(BESIDE * FINE / cutoff / count, FINE / cutoff / count)
         for _ in range(2):
-            periods, changes = best.period + near * step, best.change + near * 2.0 * step / count
+            periods, changes = best.period + near, best.change + near * 2.0 / count
             best = _best(samples, rate, periods, changes, count, seats, cutoff)
         if count == whole:
             break
@@ -119,7 +118,13 @@ def turns_of(samples: FloatArray, rate: float, expected: float, spread: float, s
         best = _refined(_refined(best, samples, rate), samples, rate)
     else:
         best = Turns(expected, 0.0, whole, ceil(SAMPLES * cutoff * expected))
-    return best._replace(count=int(best.done(np.array([duration]))[0]))
+    return best._replace(whole=int(best.done(np.array([duration]))[0]))
+
+
+def _steps(ends: float, step: float) -> FloatArray:
+    """Return steps about zero, to both ends."""
+    many = ceil(ends / step - 1e-9)
+    return np.asarray(step * np.arange(-many, many + 1), dtype=np.float64)
 
 
 def _repeats(folded: FloatArray) -> bool:
@@ -137,12 +142,15 @@ def _refined(turns: Turns, samples: FloatArray, rate: float) -> Turns:
     most = ceil(LAG / turns.period * turns.bins)
     near = alike[:, np.arange(-most - 1, most + 2)]
     top = 1 + np.argmax(near[:, 1:-1], axis=1)
-    a, b, c = (near[np.arange(turns.count), top + one] for one in (-1, 0, 1))
+    a, b, c = (near[np.arange(turns.whole), top + one] for one in (-1, 0, 1))
     lag = (top - most - 1 + 0.5 * (a - c) / (a - 2.0 * b + c)) / turns.bins * turns.period
-    number = np.arange(turns.count) + 0.5
-    found = least_squares(
-        lambda x: (x[0] + x[1] * number + x[2] * number**2 - lag) / TOGETHER, np.zeros(3), loss="cauchy", x_scale="jac"
-    ).x
+    number = np.arange(turns.whole) + 0.5
+    powers = np.stack([np.ones_like(number), number, number**2], axis=1)
+
+    def left(x: FloatArray) -> FloatArray:
+        return np.asarray((powers @ x - lag) / TOGETHER)
+
+    found = least_squares(left, np.zeros(3), loss="cauchy", x_scale="jac").x
     return turns._replace(period=turns.period + float(found[1]), change=turns.change + 2.0 * float(found[2]))
 
 

@@ -46,7 +46,7 @@ BEYOND = 1.05
 """Orders count up to this times the cut-off frequency."""
 STEP, SHIFT_STEP = 0.02, 2e-5
 """Of differences: of logarithms, and of the shift, s."""
-EVALUATIONS, ROUNDS = 6, 2
+EVALUATIONS, ROUNDS = 12, 2
 """Most steps of a fit, and how often it is made, each time with weights of what it came to."""
 
 
@@ -287,7 +287,7 @@ def _orders(wheel: Wheel, average: FloatArray, error: FloatArray) -> OutOfRound:
     before = np.tile(USUAL / orders, 2)
     weights = Weights(error, wheel.usual(False))
     columns = weights.white(wheel.waves(orders) * before)
-    covariance = np.linalg.inv(columns.T @ columns + np.eye(len(before)))
+    covariance = np.asarray(np.linalg.inv(columns.T @ columns + np.eye(len(before))), dtype=np.float64)
     return waves_found(columns.T @ weights.white(average), covariance, before, 0.0)
 
 
@@ -331,7 +331,8 @@ def _fitted(
         )
 
     found = least_squares(left, x, slopes, x_scale=scale, max_nfev=EVALUATIONS, ftol=1e-3)
-    values, deviations = values_at(found.x), np.sqrt(np.diag(np.linalg.inv(found.jac.T @ found.jac)))
+    values, jacobian = values_at(found.x), np.asarray(found.jac)
+    deviations = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
     flawless = float(np.sum(weights.white(average) ** 2))
     return Flat(
         shape, values, names, deviations, values[SHIFT], 2.0 * float(found.cost), weights.logarithm, len(average),

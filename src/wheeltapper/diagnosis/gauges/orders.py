@@ -95,7 +95,9 @@ class Orders:
         self._before = np.tile(USUAL / np.arange(1, HIGHEST + 1), 2)
         columns = problem.weights.over(columns * self._before)
         self._weighed, self._place = freed.weighed(columns), problem.band.passing.place
-        self._covariance = np.linalg.inv(columns.T @ self._weighed + np.eye(2 * HIGHEST))
+        self._covariance: FloatArray = np.asarray(
+            np.linalg.inv(columns.T @ self._weighed + np.eye(2 * HIGHEST)), dtype=np.float64
+        )
 
     def found(self, left: FloatArray) -> OutOfRound:
         """Return the waves that explain what is left of readings, over their deviations."""

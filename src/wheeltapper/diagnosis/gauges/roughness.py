@@ -53,7 +53,7 @@ def usual_amplitudes(number: FloatArray, width: float, added: float = 0.0) -> Fl
     density = published_density(LEVEL)
     assert density.known is not None
     known = np.maximum(number, 1.0 / density.known[1])
-    return np.sqrt(density.variance_between(known, known + width) * 10.0 ** (0.1 * added))
+    return np.asarray(np.sqrt(density.variance_between(known, known + width) * 10.0 ** (0.1 * added)))
 
 
 def wave_columns(band: Band, responses: Responses, stiffness: float, mass: float, number: FloatArray) -> FloatArray:
