@@ -23,7 +23,7 @@ BESIDE, REACH, ECHO = 1.5, 8.0, 0.1
 PIECE = 0.5
 """Of a turn, of which spectra tell the power: so they do not show lines of the wheel's turn, whose part is taken away.
 """
-END = 1.0
+END = 2.0
 """So near to an end of the recording nothing is told, m."""
 OF_WHEEL = 3.0
 """What is found is so many times as large as what the same place of the wheel shows in the median turn."""

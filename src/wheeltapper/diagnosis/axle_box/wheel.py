@@ -36,6 +36,8 @@ MODEL_TURNS = 5
 """Turns of a model that are averaged: in so many, strikes are all over a bay. One more runs before."""
 LENGTHS = (0.012, 0.016, 0.022, 0.03, 0.042, 0.06, 0.085)
 """Of the flats that are looked for, m."""
+SUBSTEPS = 4
+"""Places of a flat that are tried to a bin."""
 GAIN, GAIN_SPREAD = "gain", 0.03
 """Of the accelerometer, and its standard deviation over it."""
 SHIFT, ARRIVAL = "shift", 5e-3
@@ -46,7 +48,7 @@ BEYOND = 1.05
 """Orders count up to this times the cut-off frequency."""
 STEP, SHIFT_STEP = 0.02, 2e-5
 """Of differences: of logarithms, and of the shift, s."""
-EVALUATIONS, ROUNDS = 12, 2
+EVALUATIONS, ROUNDS = 8, 2
 """Most steps of a fit, and how often it is made, each time with weights of what it came to."""
 
 
@@ -237,7 +239,7 @@ def seen_of(wheel: Wheel, average: FloatArray, error: FloatArray) -> WheelSeen:
     lengths = _found_from(norms)
     if gains[best, place] < SCREENED:
         return WheelSeen((), float(gains[best, place]), _orders(wheel, average, error), lengths)
-    start = {**wheel.values, LENGTH: LENGTHS[best], SHIFT: place / len(average) * wheel.period, GAIN: 1.0}
+    start = {**wheel.values, LENGTH: LENGTHS[best], SHIFT: place / (SUBSTEPS * len(average)) * wheel.period, GAIN: 1.0}
     fits: list[Flat] = []
     for shape in LONGER:
         before = fits[0].values if fits else start
@@ -256,10 +258,14 @@ def seen_of(wheel: Wheel, average: FloatArray, error: FloatArray) -> WheelSeen:
 
 
 def _scanned(weights: Weights, average: FloatArray, tried: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Return by how much flats at each bin lower χ², (lengths, bins), and by how much they would if they were there."""
+    """Return by how much flats lower χ², (lengths, places), and by how much they would if they were there.
+
+    Places are SUBSTEPS to a bin.
+    """
     left, gains, norms = weights.white(average), [], []
     for one in tried:
-        columns = weights.white(circulant(one))
+        between = [moved(one, step / SUBSTEPS / len(one)) for step in range(SUBSTEPS)]
+        columns = weights.white(np.stack([circulant(part) for part in between], axis=2).reshape(len(one), -1))
         norms.append(np.sum(columns**2, axis=0))
         gains.append(2.0 * columns.T @ left - norms[-1])
     return np.array(gains), np.array(norms)
