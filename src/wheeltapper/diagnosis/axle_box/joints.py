@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks, welch
 
+from wheeltapper.diagnosis.gauges.roughness import usual_amplitudes
+
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 LENGTHS = tuple(0.1 * 2.0 ** (0.5 * number) for number in range(9))
@@ -29,7 +31,7 @@ OF_WHEEL = 3.0
 """What is found is so many times as large as what the same place of the wheel shows in the median turn."""
 AROUND = 0.15
 """How far such places are apart, m."""
-ALIKE, MODEL_ERROR = 6.0, 0.04
+ALIKE, MODEL_ERROR = 6.0, 0.15
 """Other shapes are not excluded if they lower χ² by this much less, and by this part of it."""
 REPEATED, NEAR = 0.7, 0.15
 """Joints come at equal distances if this share of the distances is near a multiple of one, m."""
@@ -101,8 +103,10 @@ def flaws_in(
     frequencies = np.asarray(np.fft.rfftfreq(count, 1.0 / rate), dtype=np.float64)
     piece = max(16, int(PIECE * turn / speed * rate))
     measured, power = welch(left, rate, nperseg=min(count, piece), average="median")
-    weight = answer(frequencies) / np.interp(frequencies, measured, np.maximum(power, 1e-9 * power.max()))
-    spectrum, own = np.fft.rfft(left), answer(frequencies)
+    spectrum, own, step = np.fft.rfft(left), answer(frequencies), float(frequencies[1])
+    rough = usual_amplitudes(frequencies / speed, step / speed) ** 2 / step
+    power = np.maximum(np.interp(frequencies, measured, power), np.abs(own) ** 2 * rough)
+    weight = own / np.maximum(power, 1e-9 * power.max())
     names, heights, sizes = [], [], []
     for name, shape in shapes(x).items():
         line = np.fft.rfft(np.fft.ifftshift(shape))

@@ -22,13 +22,14 @@ FEWEST, FIRST = 6, 12
 STEP, FINE, BESIDE = 0.5, 0.1, 6
 """Of the period in a search at first, and near what was found: the last turn is moved by this over the cut-off
 frequency; and how many such steps are tried to each side."""
-CLIPPED = 0.98
+CLIPPED = 0.99
 """Accelerations count up to what this part of them does not exceed: so no joint counts for many strikes of a wheel."""
 REPEATS, STRIKES = 2.0, 36.0
 """A wheel's turns are seen if the median turn has so many times the energy that chance gives it, or its largest
 acceleration."""
-LAG, TOGETHER = 2e-3, 1e-4
-"""Turns are moved by so many seconds to be most like the median turn; lags that differ by less tell of noise, s."""
+LAG, TOGETHER, REFINED = 2e-3, 1e-4, 4
+"""Turns are moved by so many seconds to be most like the median turn; lags that differ by less tell of noise, s;
+and how often this is done."""
 CHANGE = 5e-4
 """Largest change of the period from turn to turn, over it."""
 SEATS, APART = 4, 0.07
@@ -115,7 +116,8 @@ def turns_of(samples: FloatArray, rate: float, expected: float, spread: float, s
             break
         count = min(2 * count, whole)
     if _repeats(best.folded(samples, rate)):
-        best = _refined(_refined(best, samples, rate), samples, rate)
+        for _ in range(REFINED):
+            best = _refined(best, samples, rate)
     else:
         best = Turns(expected, 0.0, whole, ceil(SAMPLES * cutoff * expected))
     return best._replace(whole=int(best.done(np.array([duration]))[0]))
