@@ -30,8 +30,8 @@ from wheeltapper.record.assessment.filtering import low_passed
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
-SAMPLED = 8.0
-"""A model's accelerations are computed at so many times the cut-off frequency, a second."""
+SAMPLED = 20.0
+"""A model's accelerations are computed at so many times the cut-off frequency, a second: strikes last less than 1 ms."""
 MODEL_TURNS = 5
 """Turns of a model that are averaged: in so many, strikes are all over a bay. One more runs before."""
 LENGTHS = (0.012, 0.016, 0.022, 0.03, 0.042, 0.06, 0.085)
@@ -48,7 +48,7 @@ BEYOND = 1.05
 """Orders count up to this times the cut-off frequency."""
 STEP, SHIFT_STEP = 0.02, 2e-5
 """Of differences: of logarithms, and of the shift, s."""
-EVALUATIONS, ROUNDS = 8, 2
+EVALUATIONS, ROUNDS = 7, 2
 """Most steps of a fit, and how often it is made, each time with weights of what it came to."""
 
 
@@ -300,10 +300,7 @@ def _orders(wheel: Wheel, average: FloatArray, error: FloatArray) -> OutOfRound:
 def _fitted(
     wheel: Wheel, average: FloatArray, error: FloatArray, wide: FloatArray, begin: Values, shape: str
 ) -> Flat:  # fmt: skip
-    """Return a flat fitted to an average turn, from values where it begins.
-
-    Derivatives by what is known before are taken there alone.
-    """
+    """Return a flat fitted to an average turn, from values where it begins."""
     names = (LENGTH, SHIFT, *wheel.spread)
     centre = {**begin, **wheel.values, GAIN: 1.0}
     spread = np.array([wheel.spread.get(name, np.inf) for name in names])
@@ -321,7 +318,6 @@ def _fitted(
 
     x = np.array([0.0 if name in (LENGTH, SHIFT) else np.log(begin[name] / centre[name]) for name in names])
     weights = Weights(np.hypot(error, _own_error(wheel, told(x))), wide)
-    columns = dict[str, FloatArray]()
 
     def left(x: FloatArray) -> FloatArray:
         return np.concatenate([weights.white(told(x) - average), x / spread])
@@ -329,12 +325,8 @@ def _fitted(
     def slopes(x: FloatArray) -> FloatArray:
         now = told(x)
         steps = np.diag([SHIFT_STEP if name == SHIFT else STEP for name in names])
-        for name, step in zip(names, steps, strict=True):
-            if name in (LENGTH, SHIFT) or name not in columns:
-                columns[name] = (told(x + step) - now) / step.sum()
-        return np.concatenate(
-            [weights.white(np.stack([columns[name] for name in names], axis=1)), np.diag(1.0 / spread)]
-        )
+        columns = np.stack([(told(x + step) - now) / step.sum() for step in steps], axis=1)
+        return np.concatenate([weights.white(columns), np.diag(1.0 / spread)])
 
     found = least_squares(left, x, slopes, x_scale=scale, max_nfev=EVALUATIONS, ftol=1e-3)
     values, jacobian = values_at(found.x), np.asarray(found.jac)
