@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from wheeltapper.describe.site import Site, as_any_site
 from wheeltapper.diagnosis.axle_box.finding import AxleBoxFinding
@@ -43,6 +44,8 @@ BEFORE, BEHIND = 0.4, 1.6
 """A flaw of the rail is felt from so far before it to so far behind it, m."""
 HARMONICS = 4
 """Of the seats' passing, that are taken away."""
+FINER = 4
+"""Turns are read so many times finer than samples, so that straight lines between them lose nothing."""
 SHARE = 0.4
 """Where flaws of the rail leave less than this part of the turns, they all count."""
 ROUNDS = 2
@@ -129,14 +132,20 @@ def _parts(wheel: Wheel, smooth: FloatArray, used: NDArray[np.bool_], rate: floa
     """Return what is the wheel's, and what is left with the rail's flaws in it."""
     turns, times = wheel.turns, np.arange(len(smooth)) / rate
     own, turn = used.copy(), wheel.speed * wheel.period
-    average = np.nanmedian(turns.folded(np.where(own, smooth, np.nan), rate), axis=0)
+    number = np.arange(FINER * len(smooth)) / FINER
+    fine = CubicSpline(np.arange(len(smooth)), smooth)(number)
+
+    def folded(good: NDArray[np.bool_]) -> FloatArray:
+        return turns.folded(np.where(np.repeat(good, FINER), fine, np.nan), FINER * rate)
+
+    average = np.nanmedian(folded(own), axis=0)
     for _ in range(ROUNDS):
         left = _without_seats(np.where(used, smooth - turns.unfolded(average, times), 0.0), times, passing)
         flaws = flaws_in(left, rate, wheel.speed, wheel.answer, turn)
         x, own = times * wheel.speed, used.copy()
         for one in flaws:
             own &= (x < one.place - BEFORE) | (x > one.place + BEHIND)
-        every, kept = (turns.folded(np.where(one, smooth, np.nan), rate) for one in (used, own))
+        every, kept = folded(used), folded(own)
         thin = np.isfinite(kept).sum(axis=0) < SHARE * turns.whole
         average, error = average_of(np.where(thin, every, kept))
     return Parts(average, error, left, flaws)

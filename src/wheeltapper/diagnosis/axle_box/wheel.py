@@ -31,7 +31,7 @@ from wheeltapper.record.assessment.filtering import low_passed
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 SAMPLED = 20.0
-"""A model's accelerations are computed at so many times the cut-off frequency, a second: strikes last less than 1 ms."""
+"""A model's accelerations are computed at so many times the cut-off frequency, a second: strikes are short."""
 MODEL_TURNS = 5
 """Turns of a model that are averaged: in so many, strikes are all over a bay. One more runs before."""
 LENGTHS = (0.012, 0.016, 0.022, 0.03, 0.042, 0.06, 0.085)
