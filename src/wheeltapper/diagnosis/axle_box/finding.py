@@ -16,14 +16,11 @@ from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
 from wheeltapper.diagnosis.gauges.finding import EXPLAINED, INTERVAL, TEMPER
 from wheeltapper.diagnosis.gauges.known import RADIUS
 from wheeltapper.diagnosis.gauges.scan import NEEDED
-from wheeltapper.diagnosis.gauges.sizing import NAMES
+from wheeltapper.diagnosis.gauges.sizing import NAMES, TOLD
 from wheeltapper.ground.shown import Shown
 from wheeltapper.record.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
-TOLD = 25.0
-"""Fresh and rounded flats are told from each other where χ² differs by so much, times the reduced χ² of the better one
-if it is more than one. Where the wrong one was better, it was by 5."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -36,8 +36,9 @@ MODEL_TURNS = 5
 """Turns of a model that are averaged: in so many, strikes are all over a bay. One more runs before."""
 LENGTHS = (0.012, 0.016, 0.022, 0.03, 0.042, 0.06, 0.085)
 """Of the flats that are looked for, m."""
-SUBSTEPS = 4
-"""Places of a flat that are tried to a bin."""
+FINER = 4
+"""A model's turns have so many places to a bin, and flats are tried at each: what the low-pass leaves of a flat above
+half the rate of bins, a tenth, is folded back in these, and does not move with it."""
 GAIN, GAIN_SPREAD = "gain", 0.03
 """Of the accelerometer, and its standard deviation over it."""
 SHIFT, ARRIVAL = "shift", 5e-3
@@ -48,8 +49,8 @@ BEYOND = 1.05
 """Orders count up to this times the cut-off frequency."""
 STEP, SHIFT_STEP = 0.02, 2e-5
 """Of differences: of logarithms, and of the shift, s."""
-EVALUATIONS, ROUNDS = 7, 2
-"""Most steps of a fit, and how often it is made, each time with weights of what it came to."""
+EVALUATIONS, ENDS, ROUNDS = 7, 0.01, 2
+"""Most steps of a fit, by what part χ² falls in each at least, and how often it is made, each time with new weights."""
 
 
 class Flat(NamedTuple):
@@ -187,12 +188,12 @@ class Wheel:
         return np.concatenate([columns.real, columns.imag], axis=1)
 
     def model(self, values: Values, shape: str) -> FloatArray:
-        """Return the average turn of a flat that strikes at its begin, (bins,), m/s²."""
+        """Return the average turn of a flat that strikes at its begin, (FINER * bins,), m/s²."""
         turning = {**values, SPEED: 2.0 * pi * values[RADIUS] / self.period}
         turning[POSITION] = MIDDLE * self.period * turning[SPEED]
         passing = self.runs.passing
         forces = low_passed(self.runs.forces(turning, shape), passing.rate, self.cutoff, ORDER)
-        turns = Turns(self.period, 0.0, MODEL_TURNS + 1, self.turns.bins)
+        turns = Turns(self.period, 0.0, MODEL_TURNS + 1, FINER * self.turns.bins)
         average, _ = average_of(turns.folded(forces[passing.lead :], passing.rate)[1:])
         return moved(average / values[MASS], -MIDDLE)
 
@@ -239,7 +240,7 @@ def seen_of(wheel: Wheel, average: FloatArray, error: FloatArray) -> WheelSeen:
     lengths = _found_from(norms)
     if gains[best, place] < SCREENED:
         return WheelSeen((), float(gains[best, place]), _orders(wheel, average, error), lengths)
-    start = {**wheel.values, LENGTH: LENGTHS[best], SHIFT: place / (SUBSTEPS * len(average)) * wheel.period, GAIN: 1.0}
+    start = {**wheel.values, LENGTH: LENGTHS[best], SHIFT: place / (FINER * len(average)) * wheel.period, GAIN: 1.0}
     fits: list[Flat] = []
     for shape in LONGER:
         before = fits[0].values if fits else start
@@ -260,12 +261,12 @@ def seen_of(wheel: Wheel, average: FloatArray, error: FloatArray) -> WheelSeen:
 def _scanned(weights: Weights, average: FloatArray, tried: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
     """Return by how much flats lower χ², (lengths, places), and by how much they would if they were there.
 
-    Places are SUBSTEPS to a bin.
+    Places are FINER to a bin.
     """
     left, gains, norms = weights.white(average), [], []
     for one in tried:
-        between = [moved(one, step / SUBSTEPS / len(one)) for step in range(SUBSTEPS)]
-        columns = weights.white(np.stack([circulant(part) for part in between], axis=2).reshape(len(one), -1))
+        between = [circulant(np.roll(one, step)[::FINER]) for step in range(FINER)]
+        columns = weights.white(np.stack(between, axis=2).reshape(len(average), -1))
         norms.append(np.sum(columns**2, axis=0))
         gains.append(2.0 * columns.T @ left - norms[-1])
     return np.array(gains), np.array(norms)
@@ -314,7 +315,7 @@ def _fitted(
     def told(x: FloatArray) -> FloatArray:
         values = values_at(x)
         run = {name: value for name, value in values.items() if name not in (SHIFT, GAIN)}
-        return values[GAIN] * moved(wheel.model(run, shape), values[SHIFT] / wheel.period)
+        return values[GAIN] * moved(wheel.model(run, shape), values[SHIFT] / wheel.period)[::FINER]
 
     x = np.array([0.0 if name in (LENGTH, SHIFT) else np.log(begin[name] / centre[name]) for name in names])
     weights = Weights(np.hypot(error, _own_error(wheel, told(x))), wide)
@@ -328,7 +329,7 @@ def _fitted(
         columns = np.stack([(told(x + step) - now) / step.sum() for step in steps], axis=1)
         return np.concatenate([weights.white(columns), np.diag(1.0 / spread)])
 
-    found = least_squares(left, x, slopes, x_scale=scale, max_nfev=EVALUATIONS, ftol=1e-3)
+    found = least_squares(left, x, slopes, x_scale=scale, max_nfev=EVALUATIONS, ftol=ENDS)
     values, jacobian = values_at(found.x), np.asarray(found.jac)
     deviations = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
     flawless = float(np.sum(weights.white(average) ** 2))
