@@ -86,6 +86,16 @@ def test_waves_of_the_wheel_and_joints_of_the_rail_are_told_apart():
     assert "Rail: 2 places stand out" in str(found)
 
 
+def test_joints_of_a_smooth_rail_have_their_length_and_height():
+    joints = [wt.irregularities.DippedJoint(depth=d, length=0.4, position=x) for d, x in ((5e-4, 9.0), (3e-4, 21.0))]
+    found = diagnose_axle_box(rolled(*joints), site())
+    assert [one.kind for one in found.joints] == 2 * ["dipped joint"]
+    for one, depth in zip(found.joints, (5e-4, 3e-4), strict=True):
+        assert -one.height == pytest.approx(depth, rel=0.25)
+        assert -one.interval[1] < depth < -one.interval[0]
+        assert one.length == pytest.approx(0.4)
+
+
 def test_a_flat_is_sized_on_a_track_that_is_not_the_stated_one():
     found = diagnose_axle_box(rolled(ROUGH, wt.WheelFlat(length=0.032, position=1.3), turns=20), site())
     assert found.verdict == "wheel flat"

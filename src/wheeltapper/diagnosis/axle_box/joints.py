@@ -19,7 +19,8 @@ FloatArray = NDArray[np.float64]
 LENGTHS = tuple(0.1 * 2.0 ** (0.5 * number) for number in range(9))
 """Of shapes that are compared, m."""
 STANDS_OUT = 8.0
-"""What is found is so many standard deviations of its height."""
+"""What is found is so many standard deviations of its height: that which the power tells, or that of heights over the
+recording if it is larger."""
 BESIDE, REACH, ECHO = 1.5, 8.0, 0.1
 """Within so many m the largest counts alone; within REACH what is less than this part of it does not count."""
 PIECE = 0.5
@@ -114,7 +115,8 @@ def flaws_in(
         found = np.fft.irfft(spectrum * np.conj(line * weight), count) / scale
         names.append(name)
         heights.append(found)
-        sizes.append(found / (1.4826 * np.median(np.abs(found))))
+        over = found * np.sqrt(2.0 * scale / rate)
+        sizes.append(over / max(1.0, 1.4826 * float(np.median(np.abs(over)))))
     table = np.abs(np.array(sizes))
     return _picked(np.array(heights), table, names, left, rate, speed, turn)
 
