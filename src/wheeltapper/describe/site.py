@@ -17,7 +17,7 @@ from pydantic import (
 
 from wheeltapper.describe.choice import OneOf
 from wheeltapper.describe.contact.hertz import Hertz
-from wheeltapper.describe.noun import Mass, Noun, PositiveLength, Share, Spread
+from wheeltapper.describe.noun import Mass, Noun, PositiveForce, PositiveLength, Share, Spread
 from wheeltapper.describe.paths import changed_values, value_at
 from wheeltapper.describe.registry import makeable_nouns
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table, write_toml
@@ -32,8 +32,10 @@ from wheeltapper.march import run
 
 NO_TRIGGER = "none"
 """What a file says where there is no trigger: TOML has no word for None."""
-OF_WHEELS = ("unsprung_mass", "radius", "contact.constant_per_wheel")
+OF_WHEELS = ("unsprung_mass", "radius", "static_force", "contact.constant_per_wheel")
 """Paths of what a site with a track may know with an uncertainty, besides values of the track."""
+OF_TRACK = ("unsprung_mass", "static_force", "contact")
+"""Fields that say nothing without a track."""
 
 
 def _none_or_given(value: Any) -> Any:
@@ -47,7 +49,7 @@ def _complete_schema(schema: dict[str, Any]) -> None:
     schema["properties"]["sensor"] = {
         "anyOf": [deck, {"type": "array", "items": {"anyOf": [deck, several["items"]]}}]
     } | ({"description": one["description"]} if "description" in one else {})
-    schema["anyOf"] = [{"required": ["passage"]}, {"required": ["sensor"]}, {"required": ["sensors"]}]
+    schema["anyOf"] = [{"required": [name]} for name in ("passage", "sensor", "sensors", "static_force")]
 
 
 def _is_of_deck(sensor: Any) -> bool:
@@ -94,13 +96,16 @@ class Site(Noun):
         explains what gauges record. With it, `radius` and `unsprung_mass` are needed.
     unsprung_mass
         Mass of one wheel and what moves with it, half a wheelset's, kg.
+    static_force
+        Of one wheel on level rail, N: what the acceleration of an axle box does not show. With it, and with a `track`,
+        a site needs no sensors.
     contact
         Of one wheel on the rail, a constant as `constant_per_wheel`; None: that of the radius and usual steel.
     uncertainty
         By path ("contact.constant", "irregularity.0.height", "speed", "track.mass"), the relative standard deviation of
         the stated value, which is normally distributed. Fields that are not named are known exactly, except those that
         a diagnosis estimates. Paths are those of the passage; with a `track` those of the site ("track.pad_stiffness",
-        "unsprung_mass", "radius", "contact.constant_per_wheel").
+        "unsprung_mass", "radius", "static_force", "contact.constant_per_wheel").
     misfit
         Rms of the part of healthy recordings that the model of one wheelset leaves unexplained, over the rms of these
         recordings. It is measured with known wheelsets. A diagnosis adds it to the noise.
@@ -123,6 +128,7 @@ class Site(Noun):
     radius: PositiveLength | None = None
     track: Annotated[Any, OneOf(Track)] | None = None
     unsprung_mass: Mass | None = None
+    static_force: PositiveForce | None = None
     contact: Hertz | None = None
     uncertainty: dict[str, Share] = Field(default_factory=dict)
     misfit: Share = 0.0
@@ -186,7 +192,7 @@ class Site(Noun):
             if self.track is None:
                 of_the_model = {"uncertainty": self.uncertainty} | of_the_model
             given = [name for name, value in of_the_model.items() if value]
-            if given or not self.sensors:
+            if given or not (self.sensors or (self.track is not None and self.static_force is not None)):
                 allowed = "a healthy wheelset's passage over the deck" + ("" if given else ", or sensors of the track")
                 raise InputError("", "passage", "none" + (f", with {given[0]} of its model" if given else ""), allowed)
             return self
@@ -200,7 +206,7 @@ class Site(Noun):
     @model_validator(mode="after")
     def _check_track(self) -> Site:
         if self.track is None:
-            given = next((name for name in ("unsprung_mass", "contact") if getattr(self, name) is not None), None)
+            given = next((name for name in OF_TRACK if getattr(self, name) is not None), None)
             if given:
                 raise InputError("", given, "given, without a track", "it with the `track` on which wheels roll")
             return self
@@ -242,7 +248,8 @@ class Site(Noun):
 
     def __hash__(self) -> int:
         own = (self.passage, self.sensor, self.sensors, self.spacing, self.radius, self.track, self.unsprung_mass)
-        return hash((*own, self.contact, tuple(self.uncertainty.items()), self.misfit, self.trigger, self.name))
+        beside = (self.static_force, self.contact)
+        return hash((*own, *beside, tuple(self.uncertainty.items()), self.misfit, self.trigger, self.name))
 
     def replaced(self, changes: dict[str, Any]) -> Site:
         """Return a changed copy; keys are paths such as "spacing", "sensors.0.gain" or "sensors.left 1.gain"."""
@@ -272,7 +279,8 @@ def as_site(given: Any) -> Site:
     """Return a site with a deck and its model; for a path, the one that the TOML file describes."""
     site, source = as_any_site(given), "" if isinstance(given, Site) else str(given)
     if site.passage is None:
-        allowed = "a site with the passage of a healthy wheelset over a deck; sensors alone are for `measure_trains`"
+        allowed = "a site with the passage of a healthy wheelset over a deck; sensors alone are for `measure_trains`, "
+        allowed += "a track alone for `diagnose_axle_box`"
         raise InputError(source, "passage", "none", allowed)
     return site
 

@@ -9,6 +9,7 @@ from wheeltapper.ground.lazily import lazily
 if TYPE_CHECKING:
     from wheeltapper.describe.sensor.base import Sensor as Sensor
     from wheeltapper.describe.site import Site as Site
+    from wheeltapper.diagnosis.axle_box.reading import diagnose_axle_box as diagnose_axle_box
     from wheeltapper.diagnosis.detection.hit_miss import hit_miss as hit_miss
     from wheeltapper.diagnosis.detection.roc import false_calls as false_calls
     from wheeltapper.diagnosis.detection.roc import roc as roc
@@ -56,6 +57,7 @@ _HOMES = {
     "calibrated": "diagnosis.wayside.measure",
     "combinations": "diagnosis.inference.combinations",
     "diagnose_all": "diagnosis.folder",
+    "diagnose_axle_box": "diagnosis.axle_box.reading",
     "diagnose_train": "diagnosis.train",
     "false_calls": "diagnosis.detection.roc",
     "hit_miss": "diagnosis.detection.hit_miss",

@@ -13,6 +13,7 @@ from wheeltapper.faces.exits import DONE, NOT_FINISHED, PICTURES, check_target, 
 from wheeltapper.ground.errors import InputError
 
 if TYPE_CHECKING:
+    from wheeltapper.describe.site import Site
     from wheeltapper.diagnosis.finding import Finding
 
 RECORDINGS = (".csv", ".txt", ".tsv", ".gz", ".wav", ".mat", ".npy", ".npz", ".nc", ".tdms", ".mf4", ".mdf")
@@ -36,9 +37,10 @@ def diagnose(
     speed: str | None = None,
     speeds: Path | None = None,
 ) -> int:
-    """Find what is wrong with wheelsets from recordings of a deck, or with wheels from gauges on a track.
+    """Find what is wrong with wheelsets from recordings of a deck, or with wheels from gauges or from an axle box.
 
-    With a site that states a `track`, each file is a passage of trains, and a model is fitted to every wheel.
+    With a site that states a `track`, each file is a passage of trains, and a model is fitted to every wheel. If it
+    states the wheel's `static_force` and no sensors, each file is the acceleration of an axle box.
 
     Exit code 3: some of several files were not read or not diagnosed; the rest is done.
 
@@ -76,7 +78,14 @@ def diagnose(
     files = _recording_files(recordings)
     given = {"unit": unit, "rate": rate, "column": column, "speed": speed}
     reading = {name: value for name, value in given.items() if value is not None}
-    if as_any_site(site).track is not None:
+    asked = as_any_site(site)
+    if asked.track is not None and asked.static_force is not None and not asked.sensors:
+        others = {"train": train, "rules": rules, "speeds": speeds, "workers": workers}
+        for name in others:
+            if others[name]:
+                raise InputError("", f"--{name}", "given, with the acceleration of an axle box", "none of it")
+        return _diagnose_axle_boxes(files, asked, output, figures or "faulty", reading)
+    if asked.track is not None:
         beside = {**reading, "speeds": speeds, "train": train, "workers": workers}
         for name, value in beside.items():
             if value:
@@ -139,6 +148,39 @@ def _diagnose_wheels(files: list[Path], site: Path, output: Path | None, figures
             if output is not None:
                 told = json.dumps(train.to_dict(), indent=2, ensure_ascii=False) + "\n"
                 (output / f"{stem}.json").write_text(told, encoding="utf-8")
+    if output is not None:
+        print(f"findings: {output}")
+    return NOT_FINISHED if lost else DONE
+
+
+def _diagnose_axle_boxes(
+    files: list[Path], site: Site, output: Path | None, figures: str, reading: dict[str, Any]
+) -> int:  # fmt: skip
+    """Read what axle boxes recorded, print and write what it says."""
+    from wheeltapper.diagnosis.axle_box.reading import diagnose_axle_box
+    from wheeltapper.diagnosis.finding import HEALTHY
+    from wheeltapper.faces.plot import plot
+    from wheeltapper.record.recordings.read import read_recording
+
+    if output is not None:
+        make_folder(output)
+    lost = 0
+    for file in files:
+        try:
+            finding = diagnose_axle_box(read_recording(file, quantity="vertical acceleration", **reading), site)
+        except InputError as error:
+            if len(files) == 1:
+                raise
+            lost += 1
+            print(f"{file}: not read: {error}")
+            continue
+        print(f"{file}: {finding}")
+        if output is None:
+            continue
+        told = json.dumps(finding.to_dict(), indent=2, ensure_ascii=False) + "\n"
+        (output / f"{file.stem}.json").write_text(told, encoding="utf-8")
+        if figures == "all" or (figures == "faulty" and finding.verdict != HEALTHY):
+            plot(finding, output / f"{file.stem}.png")
     if output is not None:
         print(f"findings: {output}")
     return NOT_FINISHED if lost else DONE

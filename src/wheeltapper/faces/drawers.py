@@ -40,6 +40,7 @@ KINDS = {
     "describe.vehicle.body.Axle": Drawer("plane.draw_axle"),
     "describe.vehicle.body.Body": Drawer("plane.draw_body"),
     "describe.vehicle.element.Element": Drawer("laws.draw_element"),
+    "diagnosis.axle_box.finding.AxleBoxFinding": Drawer("axle_boxes.draw_axle_box"),
     "diagnosis.detection.detection.Detection": Drawer("chances.draw_detection"),
     "diagnosis.detection.roc.FalseCalls": Drawer("chances.draw_false_calls"),
     "diagnosis.detection.roc.Roc": Drawer("chances.draw_roc"),

@@ -19,6 +19,7 @@ from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.manual import field_descriptions
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.vehicle.wagon import Wagon
+from wheeltapper.diagnosis.axle_box.finding import AxleBoxFinding
 from wheeltapper.diagnosis.faults.base import Fault
 from wheeltapper.diagnosis.finding import Finding
 from wheeltapper.diagnosis.force.reconstruction import Force
@@ -262,6 +263,23 @@ def _(finding: Finding) -> Page:
     recording = finding.recording
     return Page(
         f"Finding: {finding.verdict}", recording.source, rows, _sketch([_line(recording.times, recording.samples)])
+    )
+
+
+@page_of.register
+def _(finding: AxleBoxFinding) -> Page:
+    sizes = [
+        Row(name, quantity(size, "m"), f"90 %: {quantity(ends[0], 'm')} to {quantity(ends[1], 'm')}")
+        for name, (size, ends) in finding.sizes.items()
+    ]
+    joints = [
+        Row(one.kind, quantity(one.height, "m"), f"at {one.place:.1f} m, {one.peak:.3g} m/s²")
+        for one in sorted(finding.joints, key=lambda one: -abs(one.height))[:4]
+    ]
+    rows = [*sizes, Row("speed", quantity(finding.wheel.speed, "m/s")), *joints]
+    turn = np.arange(len(finding.average)) / len(finding.average)
+    return Page(
+        f"AxleBoxFinding: {finding.verdict}", finding.recording.source, rows, _sketch([_line(turn, finding.average)])
     )
 
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from wheeltapper.describe.registry import makeable_nouns
 from wheeltapper.describe.sensor.along import AlongTrack, AtSeat
-from wheeltapper.describe.sensor.axle_box_acceleration import AxleBoxAcceleration
 from wheeltapper.describe.sensor.base import Sensor
 from wheeltapper.describe.sensor.deck_acceleration import DeckAcceleration
 from wheeltapper.describe.site import Site
@@ -95,8 +94,8 @@ def draw_sensor(sensor: Sensor) -> Figure:
         return figure
     if isinstance(sensor, AtSeat) and sensor.seat is not None:
         _draw_number(axis, sensor, "seat", sensor.seat, sensor.side or "both rails", _colour_of(sensor))
-    elif isinstance(sensor, AxleBoxAcceleration):
-        _draw_number(axis, sensor, "wheelset", sensor.wheelset, sensor.side or "both sides", BLUE)
+    elif hasattr(sensor, "wheelset"):
+        _draw_number(axis, sensor, "wheelset", sensor.wheelset, getattr(sensor, "side", None) or "both sides", BLUE)
     elif isinstance(sensor, AlongTrack):
         _draw_places(axis, (sensor,), None)
     figure.suptitle(f"sensor {sensor.name}", x=0.02, ha="left")

@@ -46,4 +46,5 @@ def known_of(site: Site) -> Known:
         contact = Hertz(constant_per_wheel=float(contact_constant(*elastic)), **kept)
     wheel = Wheelset(mass=mass, load=0.0, stiffness=0.0, damping=0.0, radius=site.radius, wheels=1)
     scene = Scenario(vehicle=wheel, track=site.track, contact=contact, speed=0.0, duration=1.0)
-    return Known(scene, {OF_SITE.get(path, path): share for path, share in site.uncertainty.items()})
+    own = {path: share for path, share in site.uncertainty.items() if path != "static_force"}  # which is measured
+    return Known(scene, {OF_SITE.get(path, path): share for path, share in own.items()})

@@ -95,16 +95,34 @@ class Orders:
         self._before = np.tile(USUAL / np.arange(1, HIGHEST + 1), 2)
         columns = problem.weights.over(columns * self._before)
         self._weighed, self._place = freed.weighed(columns), problem.band.passing.place
-        self._covariance = np.linalg.inv(columns.T @ self._weighed + np.eye(2 * HIGHEST))
+        self._covariance: FloatArray = np.asarray(
+            np.linalg.inv(columns.T @ self._weighed + np.eye(2 * HIGHEST)), dtype=np.float64
+        )
 
     def found(self, left: FloatArray) -> OutOfRound:
         """Return the waves that explain what is left of readings, over their deviations."""
-        along = self._weighed.T @ left
-        best = self._covariance @ along
-        gain = float(along @ best + np.linalg.slogdet(self._covariance)[1])
-        cosine, sine = (self._before * best).reshape(2, HIGHEST)
-        amplitude = np.hypot(cosine, sine)
-        whole = self._covariance * np.outer(self._before, self._before)
-        turn = np.stack([np.diag(cosine / amplitude), np.diag(sine / amplitude)], axis=1).reshape(HIGHEST, -1)
-        deviation = np.sqrt(np.diag(turn @ whole @ turn.T))
-        return OutOfRound(gain, amplitude, deviation, np.arctan2(-sine, cosine), self._place)
+        return waves_found(self._weighed.T @ left, self._covariance, self._before, self._place)
+
+
+def waves_found(along: FloatArray, covariance: FloatArray, before: FloatArray, place: float) -> OutOfRound:
+    """Return the orders that explain readings best.
+
+    Parameters
+    ----------
+    along
+        What the waves, cosines and then sines, have in common with the readings, weighed, (2 * orders,).
+    covariance
+        Of the waves' amplitudes over `before`, after the readings.
+    before
+        Standard deviations of amplitudes before, m.
+    place
+        Where the wheel's angle is zero, m along the track.
+    """
+    best = covariance @ along
+    gain = float(along @ best + np.linalg.slogdet(covariance)[1])
+    cosine, sine = (before * best).reshape(2, -1)
+    amplitude, many = np.hypot(cosine, sine), len(cosine)
+    whole = covariance * np.outer(before, before)
+    turn = np.stack([np.diag(cosine / amplitude), np.diag(sine / amplitude)], axis=1).reshape(many, -1)
+    deviation = np.sqrt(np.diag(turn @ whole @ turn.T))
+    return OutOfRound(gain, amplitude, deviation, np.arctan2(-sine, cosine), place)

@@ -105,8 +105,7 @@ def responses_of(section: Section, places: tuple[tuple[float, float], ...], firs
 
     `places` are the gauges behind and ahead of each pair, m from that seat.
     """
-    frequencies = np.arange(0.0, HIGHEST + 0.5 * STEP, STEP)
-    omega = 2.0 * np.pi * np.maximum(frequencies, LOWEST)
+    omega = 2.0 * np.pi * np.maximum(_frequencies(), LOWEST)
     step = section.spacing / PLACES
     begin, end = int(np.floor(first / step)) - 1, int(np.ceil(last / step)) + 2
     forces = np.arange(begin, end)
@@ -120,6 +119,19 @@ def responses_of(section: Section, places: tuple[tuple[float, float], ...], firs
     shear = field[:, ahead - apart[0], which.ravel()].reshape(len(omega), len(forces), -1, 2)
     beyond = forces[:, None, None] <= ends / step + PLACES * NEAR
     between = beyond[..., 1] & ~beyond[..., 0]
-    within = np.arange(PLACES + 1) * step
+    return bare_responses(section)._replace(first=begin, read=shear[..., 0] - shear[..., 1] - between, ends=ends)
+
+
+def bare_responses(section: Section) -> Responses:
+    """Return the responses of a track without sensors."""
+    frequencies = _frequencies()
+    within = np.arange(PLACES + 1) * section.spacing / PLACES
+    omega = 2.0 * np.pi * np.maximum(frequencies, LOWEST)
     under = waves.response(section, omega[:, None], within, within)[..., 0]
-    return Responses(frequencies, section.spacing, under, begin, shear[..., 0] - shear[..., 1] - between, ends)
+    return Responses(
+        frequencies, section.spacing, under, 0, np.zeros((len(omega), 2, 0), dtype=complex), np.zeros((0, 2))
+    )
+
+
+def _frequencies() -> FloatArray:
+    return np.arange(0.0, HIGHEST + 0.5 * STEP, STEP)

@@ -47,14 +47,21 @@ def rough_columns(
     passing, cutoff = band.passing, band.cutoff
     width = 1.0 / float(passing.x[-1] - passing.x[0])
     below = np.arange(1.0 / LONGEST, min(BEYOND * cutoff / passing.speed, 1.0 / SHORTEST), width)
-    density = published_density(LEVEL)
-    assert density.known is not None
-    known = np.maximum(below, 1.0 / density.known[1])
-    amplitude = np.sqrt(density.variance_between(known, known + width) * 10.0 ** (0.1 * added))
     middle = below + 0.5 * width
-    amplitude *= (PIVOT * middle) ** (-0.5 * tilt)
+    amplitude = usual_amplitudes(below, width, added) * (PIVOT * middle) ** (-0.5 * tilt)
     columns = wave_columns(band, responses, stiffness, mass, middle)
     return np.asarray(columns * np.tile(amplitude, 2))
+
+
+def usual_amplitudes(number: FloatArray, width: float, added: float = 0.0) -> FloatArray:
+    """Return the standard deviations of amplitudes of waves at the level, m.
+
+    `number` are waves per m at which bands of `width` begin, both 1/m, `added` is a level, dB.
+    """
+    density = published_density(LEVEL)
+    assert density.known is not None
+    known = np.maximum(number, 1.0 / density.known[1])
+    return np.asarray(np.sqrt(density.variance_between(known, known + width) * 10.0 ** (0.1 * added)))
 
 
 def wave_columns(band: Band, responses: Responses, stiffness: float, mass: float, number: FloatArray) -> FloatArray:

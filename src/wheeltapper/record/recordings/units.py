@@ -47,7 +47,8 @@ def check_place(text: str, quantity: str) -> None:
     if quantity == "deck acceleration" and word is not None:
         found = f"{text!r}, an acceleration of something else than a deck ({word[0]})"
         allowed = (
-            "that of the deck; if it is, say so: quantity='deck acceleration', or a line '# quantity: ...' in the file"
+            "that of the deck; if it is, say so: quantity='deck acceleration', or a line '# quantity: ...' in the file;"
+            " of anything else: quantity='vertical acceleration'"
         )
         raise InputError("", "quantity", found, allowed)
 

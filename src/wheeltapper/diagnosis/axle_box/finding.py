@@ -1,0 +1,188 @@
+"""What the acceleration of an axle box shows: the wheel's fault and its size, and the flaws of the rail."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.diagnosis.axle_box.joints import RailFlaw, distance_of
+from wheeltapper.diagnosis.axle_box.wheel import Flat, Wheel, WheelSeen
+from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
+from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
+from wheeltapper.diagnosis.gauges.finding import EXPLAINED, INTERVAL, TEMPER
+from wheeltapper.diagnosis.gauges.known import RADIUS
+from wheeltapper.diagnosis.gauges.scan import NEEDED
+from wheeltapper.diagnosis.gauges.sizing import NAMES, TOLD
+from wheeltapper.ground.shown import Shown
+from wheeltapper.record.recordings.recording import Recording
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AxleBoxFinding(Shown):
+    """What the acceleration of an axle box shows of its wheel, and of the rail.
+
+    Attributes
+    ----------
+    recording
+        The acceleration.
+    wheel
+        The model of the wheel on its track, with the turns and the speed of the recording.
+    seen
+        What the average turn shows.
+    average, error
+        The average turn and its standard error, m/s², (bins,).
+    left
+        The acceleration without what is the wheel's and the seats', m/s².
+    joints
+        Flaws of the rail, by place.
+    passing
+        Frequency at which seats are passed, Hz; None where it is not seen.
+    """
+
+    recording: Recording
+    wheel: Wheel
+    seen: WheelSeen
+    average: FloatArray
+    error: FloatArray
+    left: FloatArray
+    joints: tuple[RailFlaw, ...]
+    passing: float | None
+
+    @property
+    def reduced(self) -> float | None:
+        """χ² per bin that the best flat leaves; None where the wheel has none."""
+        best = self.seen.best
+        return None if best is None else best.chi / best.bins
+
+    @property
+    def verdict(self) -> str:
+        """The wheel's fault by its name in the catalogue, "healthy" or "not explained"."""
+        if self.seen.best is not None:
+            return NOT_EXPLAINED if (self.reduced or 0.0) > EXPLAINED else NAMES[self.seen.best.shape]
+        return OutOfRoundWheel.name if self.seen.orders.gain > NEEDED else HEALTHY
+
+    @property
+    def alike(self) -> tuple[str, ...]:
+        """Other verdicts that the recording does not exclude."""
+        best = self.seen.best
+        if best is None or self.verdict == NOT_EXPLAINED:
+            return ()
+        most = best.misfit + TOLD * max(1.0, best.chi / best.bins)
+        return tuple(NAMES[one.shape] for one in self.seen.flats[1:] if one.misfit < most)
+
+    @property
+    def probabilities(self) -> dict[str, float]:
+        """Of the flats that were fitted, and of "healthy"; of the verdict alone where the wheel has no flat."""
+        best = self.seen.best
+        if best is None:
+            return {self.verdict: 1.0}
+        scale = 2.0 * TEMPER * max(1.0, best.chi / best.bins)
+        odds = {NAMES[one.shape]: exp((best.misfit - one.misfit) / scale) for one in self.seen.flats}
+        odds[HEALTHY] = exp(-min(self.seen.gain, 1e4) / scale)
+        total = sum(odds.values())
+        return {name: value / total for name, value in sorted(odds.items(), key=lambda item: -item[1])}
+
+    @property
+    def sizes(self) -> dict[str, tuple[float, tuple[float, float]]]:
+        """Size, m, and its 90 % interval of each fault that was found, by its name.
+
+        It is the length of a flat, and of a wheel out of round the amplitude of the order that stands out most.
+        """
+        if self.verdict == OutOfRoundWheel.name:
+            orders, largest = self.seen.orders, self.seen.orders.largest - 1
+            size, half = float(orders.amplitudes[largest]), INTERVAL * float(orders.deviations[largest])
+            return {self.verdict: (size, (size - half, size + half))}
+        flats = self.seen.flats if self.seen.best is not None else ()
+        return {NAMES[one.shape]: (one.length, _interval(one)) for one in flats}
+
+    @property
+    def rail_length(self) -> float | None:
+        """Distance at which joints come again, m; None where they do not."""
+        return distance_of(np.array([one.place for one in self.joints]))
+
+    @property
+    def place(self) -> float | None:
+        """Where the flat is, as a part of the turn after the wheel's point at the first sample; None without one."""
+        best = self.seen.best
+        return None if best is None else (best.shift / self.wheel.period) % 1.0
+
+    def __repr__(self) -> str:
+        return f"<AxleBoxFinding: {self}>"
+
+    def __str__(self) -> str:
+        """Return two or three sentences."""
+        return f"{self._wheel_words()}. {self._rail_words()}"
+
+    def _wheel_words(self) -> str:
+        if self.verdict == NOT_EXPLAINED:
+            return f"wheel: not explained: the nearest flat leaves χ² = {self.reduced:.2g} per place of the turn"
+        if self.verdict == HEALTHY:
+            half, most = (1e3 * length for length in self.seen.lengths)
+            found = f"a fresh flat would be found from {half:.0f} mm on at half of the circumference"
+            return f"wheel: {HEALTHY}: {found}, from {most:.0f} mm on at nine tenths of it"
+        if self.verdict == OutOfRoundWheel.name:
+            return f"wheel: {self.verdict}: {self._order_words()}"
+        size, ends = self.sizes[self.verdict]
+        said = f"wheel: {self.verdict} (probability {self.probabilities[self.verdict]:.3f}), {1e3 * size:.1f} mm long "
+        said += f"(90 %: {1e3 * ends[0]:.1f} to {1e3 * ends[1]:.1f})"
+        for name in self.alike:
+            said += f"; not excluded: {name}, {1e3 * self.sizes[name][0]:.1f} mm"
+        return f"{said}; out of round, too: {self._order_words()}" if self.seen.orders.gain > NEEDED else said
+
+    def _order_words(self) -> str:
+        orders = self.seen.orders
+        sizes, halves = 1e6 * orders.amplitudes, 1e6 * INTERVAL * orders.deviations
+        known = [f"order {k}: {sizes[k - 1]:.0f} ± {halves[k - 1]:.0f} um" for k in orders.known]
+        return ", ".join(known) or f"mostly of order {orders.largest}"
+
+    def _rail_words(self) -> str:
+        if not self.joints:
+            return "Rail: no joint, weld or dip stands out."
+        deepest = max(self.joints, key=lambda one: abs(one.height))
+        ends = sorted(1e3 * abs(end) for end in deepest.interval)
+        many = f"{len(self.joints)} places stand out" if len(self.joints) > 1 else "one place stands out"
+        said = f"Rail: {many}, most a {deepest.kind} at {deepest.place:.1f} m, {1e3 * abs(deepest.height):.2f} mm "
+        said += f"(90 %: {ends[0]:.2f} to {ends[1]:.2f})"
+        apart = self.rail_length
+        return f"{said}." if apart is None else f"{said}; they come every {apart:.2f} m."
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but samples, in SI units."""
+        size, interval = self.sizes.get(self.verdict, (None, None))
+        turns, best = self.wheel.turns, self.seen.best
+        return {
+            "source": self.recording.source,
+            "verdict": self.verdict,
+            "probabilities": self.probabilities,
+            "alike": list(self.alike),
+            "size": size,
+            "size_interval": None if interval is None else list(interval),
+            "size_unit": "" if size is None else "m",
+            "sizes": {name: {"size": one, "size_interval": list(ends)} for name, (one, ends) in self.sizes.items()},
+            "place": self.place,
+            "speed": self.wheel.speed,
+            "speed_from": "radius" if self.passing is None else "seats",
+            "radius": self.wheel.speed * self.wheel.period / (2.0 * pi),
+            "radius_deviation": self.wheel.known.spread.get(RADIUS, 0.0) * self.wheel.values[RADIUS],
+            "turns": turns.whole,
+            "turn": self.wheel.period,
+            "chi_squared_reduced": self.reduced,
+            "gain": self.seen.gain,
+            "estimates": {} if best is None else {name: best.values[name] for name in best.names},
+            "orders": self.seen.orders.rows(),
+            "orders_gain": self.seen.orders.gain,
+            "fresh_flat_found_from": {"half": self.seen.lengths[0], "nine_tenths": self.seen.lengths[1]},
+            "joints": [one.to_dict() for one in self.joints],
+            "joints_every": self.rail_length,
+        }
+
+
+def _interval(flat: Flat) -> tuple[float, float]:
+    half = INTERVAL * flat.deviation
+    return flat.length - half, flat.length + half
