@@ -28,8 +28,9 @@ PIECE = 0.5
 """
 END = 2.0
 """So near to an end of the recording nothing is told, m."""
-OF_WHEEL = 3.0
-"""What is found is so many times as large as what the same place of the wheel shows in the median turn."""
+OF_WHEEL, TURNS = 2.0, 0.85
+"""What is found is so many times as large as what the same place of the wheel shows in this part of the other turns: a
+flat's strikes differ, since they meet other places of a bay."""
 AROUND = 0.15
 """How far such places are apart, m."""
 ALIKE, MODEL_ERROR = 6.0, 0.15
@@ -143,13 +144,12 @@ def _picked(
 
 
 def _other_turns(top: FloatArray, at: int, turn: float, around: float) -> float:
-    """Return what the same place of the wheel shows in the median turn."""
+    """Return what the same place of the wheel shows in other turns, but in the few that show most."""
     near = int(np.ceil(around))
     others = np.arange(-int(at / turn), int((len(top) - 1 - at) / turn) + 1)
     middles = np.rint(at + others[others != 0] * turn).astype(int)
-    return (
-        float(np.median([top[max(0, one - near) : one + near + 1].max() for one in middles])) if len(middles) else 0.0
-    )
+    shown = [top[max(0, one - near) : one + near + 1].max() for one in middles]
+    return float(np.quantile(shown, TURNS)) if shown else 0.0
 
 
 def _flaw(

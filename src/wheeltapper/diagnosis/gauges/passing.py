@@ -120,11 +120,14 @@ class Runs:
         own.
     count
         How many runs there were.
+    finer
+        Forces are computed so many times a sample.
     """
 
     passing: Passing
     scene: Scenario
     count: int = 0
+    finer: int = FINER
     _records: dict[Any, Record] = field(default_factory=dict, repr=False)
     _readings: dict[Any, FloatArray] = field(default_factory=dict, repr=False)
     _forces: dict[Any, FloatArray] = field(default_factory=dict, repr=False)
@@ -180,11 +183,11 @@ class Runs:
         """
         key = shape, tuple(sorted(values.items()))
         if key not in self._forces:
-            rate = FINER * self.passing.rate
-            times = np.arange(FINER * (self.passing.lead + len(self.passing.readings))) / rate
+            rate = self.finer * self.passing.rate
+            times = np.arange(self.finer * (self.passing.lead + len(self.passing.readings))) / rate
             record = self.record(values, shape)
             fine = record._lowered.forces(record._march, times)[:, 0]
-            self._forces[key] = low_passed(fine, rate, ALIASED * self.passing.rate, 8)[::FINER]
+            self._forces[key] = low_passed(fine, rate, ALIASED * self.passing.rate, 8)[:: self.finer]
         return self._forces[key]
 
 
