@@ -96,6 +96,7 @@ def test_joints_of_a_smooth_rail_have_their_length_and_height():
         assert one.length == pytest.approx(0.4)
 
 
+@pytest.mark.slow
 def test_a_flat_is_sized_on_a_track_that_is_not_the_stated_one():
     found = diagnose_axle_box(rolled(ROUGH, wt.WheelFlat(length=0.032, position=1.3), turns=20), site())
     assert found.verdict == "wheel flat"

@@ -50,9 +50,10 @@ ROUNDS, UNSETTLED = 2, 1.2
 """A fit whose χ² is more than this times the number of readings is made once more, from where it has come to."""
 SMALLEST = 0.015
 """A flat is at least so long, m: else a wheel counts as healthy."""
-TOLD = 60.0
-"""Fresh and rounded flats are told from each other where χ² differs by so much, over the reduced χ² of the better one.
-Of a fresh flat of 29 mm at 30 m/s, with roughness, the rounded one was better by 37."""
+TOLD, OF_READINGS = 60.0, 0.03
+"""Fresh and rounded flats are told from each other where χ² differs by so much, and by this part of the number of
+readings, over the reduced χ² of the better one. Of fresh flats of 29 to 42 mm at 24 to 30 m/s, with roughness, the
+rounded one was better by up to 250, or 4 % of the readings."""
 HOPELESS = 600.0
 """A shape that begins with the track that was fitted with the other one, and whose χ² is so much more, over the reduced
 χ², is not fitted further."""
@@ -130,7 +131,7 @@ class Sized:
         best = self.best
         if best is None:
             return ()
-        most = best.misfit + TOLD * max(1.0, best.chi / best.readings)
+        most = best.misfit + max(TOLD, OF_READINGS * best.readings) * max(1.0, best.chi / best.readings)
         return tuple(NAMES[one.shape] for one in self.fits.values() if best.misfit < one.misfit < most)
 
     def deviation(self, shape: str) -> float:
