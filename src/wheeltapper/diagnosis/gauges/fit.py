@@ -44,8 +44,8 @@ FEWEST, MOST = 0.004, 0.2
 SURER = 6.0
 """Variances of what was known before are taken to be so many times smaller than stated: errors of the model are alike
 in many readings, and would move loads, gains, mass and contact together."""
-DONE = 3.0
-"""A fit ends where χ² falls, or would fall, by less than this: no value is then off by its standard deviation."""
+DONE = SURER
+"""A fit ends where χ² falls, or would fall, by less than this: what is known to one standard deviation is as exact."""
 AT_ONCE = (ADVANCE, SPEED)
 """Values of which derivatives cost no run."""
 DAMPED, MORE, TRIES = 1e-5, 16.0, 4

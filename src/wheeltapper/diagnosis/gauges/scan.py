@@ -24,7 +24,7 @@ FloatArray = NDArray[np.float64]
 PLACES = 6
 """Places in a bay at which a strike is simulated."""
 SCREENED = 25.0
-"""A wheel of which no flat lowers χ² by so much is not fitted: of 60 without a flaw it was less of 53, and 41 at most."""
+"""A wheel of which no flat lowers χ² by so much is not fitted: of 60 without a flaw it was less of 53, at most 41."""
 CANDIDATES = 3
 """So many places of a flat are told."""
 NEEDED = 100.0
