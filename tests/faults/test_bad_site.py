@@ -348,5 +348,6 @@ def test_what_is_no_site_no_recording_and_no_noise_is_refused():
 def test_the_schema_of_sites(capsys):
     assert main(["schema", "site"]) == 0
     schema = json.loads(capsys.readouterr().out)
-    assert [one["required"] for one in schema["anyOf"]] == [["passage"], ["sensor"], ["sensors"]]
+    parts = ["passage", "sensor", "sensors", "static_force"]
+    assert [one["required"] for one in schema["anyOf"]] == [[part] for part in parts]
     assert set(schema["properties"]) >= {"passage", "sensor", "uncertainty", "name", "format"}

@@ -24,7 +24,6 @@ from wheeltapper.diagnosis.gauges.passing import (
 from wheeltapper.diagnosis.gauges.scan import SCREENED
 from wheeltapper.diagnosis.gauges.sizing import _weighed, problem_of
 from wheeltapper.faces.cli import main
-from wheeltapper.record.assessment.filtering import low_passed
 
 from .test_sizes_of_trains import RATE, site
 
@@ -43,22 +42,13 @@ def test_the_gain_of_a_flat_is_foreseen(shape):
     here, places = foreseen(), foreseen().places(12)
     added = here.scan.weights.over(here._added(here._coarse, here.values, Flat(0.0165, shape), places))
     roots = np.sqrt(here.scan.gains(here.scan.explained(added)))
-    level = finely_read(here, here.values, shape)
+    level = here.runs.readings(here.values, shape)
     for number in (0, 2, 7, 11):
         values = {**here.values, LENGTH: 0.0165, POSITION: float(places[number])}
-        strikes = here._coarse.band.smooth(finely_read(here, values, shape) - level)
+        strikes = here._coarse.band.smooth(here.runs.readings(values, shape) - level)
         left = here.scan.weights.over(here._coarse.band.taken(strikes))[:, None]
         (exact,) = here.scan.gains(here.scan.explained(left))
         assert roots[number] == pytest.approx(np.sqrt(exact), rel=0.06)
-
-
-def finely_read(here, values, shape):
-    """Return readings of the march's own track, sampled finely and low-passed as a recorder does."""
-    passing, finer = here.runs.passing, 4
-    count = finer * len(passing.readings)
-    empty = np.zeros((count, len(passing.sensors)))
-    runs = Runs(replace(passing, rate=finer * RATE, readings=empty, used=empty == 0.0), here.known.scene)
-    return low_passed(runs.readings(values, shape), finer * RATE, 0.4 * RATE, 8)[::finer]
 
 
 @pytest.mark.slow

@@ -8,10 +8,11 @@ import numpy as np
 
 from wheeltapper.diagnosis.alarms import PEAKS
 from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
-from wheeltapper.diagnosis.gauges.finding import INTERVAL, WheelFinding
+from wheeltapper.diagnosis.gauges.finding import WheelFinding
 from wheeltapper.diagnosis.gauges.growth import Growth
 from wheeltapper.diagnosis.gauges.performance import GaugePerformance
 from wheeltapper.diagnosis.gauges.sizing import HIGHEST
+from wheeltapper.diagnosis.gauges.verdicts import INTERVAL
 from wheeltapper.faces.panels import BLUE, COLOURS, GREEN, RED, legend_above, panels
 from wheeltapper.record.assessment.filtering import low_passed
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import exp, pi
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,18 @@ from wheeltapper.diagnosis.axle_box.joints import RailFlaw, distance_of
 from wheeltapper.diagnosis.axle_box.wheel import Flat, Wheel, WheelSeen
 from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
 from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
-from wheeltapper.diagnosis.gauges.finding import EXPLAINED, INTERVAL, TEMPER
+from wheeltapper.diagnosis.gauges.finding import EXPLAINED
 from wheeltapper.diagnosis.gauges.known import RADIUS
-from wheeltapper.diagnosis.gauges.scan import NEEDED
-from wheeltapper.diagnosis.gauges.sizing import NAMES, TOLD
+from wheeltapper.diagnosis.gauges.scan import FOUND_FROM, NEEDED
+from wheeltapper.diagnosis.gauges.verdicts import (
+    INTERVAL,
+    NAMES,
+    alike_of,
+    flat_words,
+    order_size,
+    order_words,
+    probabilities_of,
+)
 from wheeltapper.ground.shown import Shown
 from wheeltapper.record.recordings.recording import Recording
 
@@ -58,7 +66,7 @@ class AxleBoxFinding(Shown):
     def reduced(self) -> float | None:
         """χ² per bin that the best flat leaves; None where the wheel has none."""
         best = self.seen.best
-        return None if best is None else best.chi / best.bins
+        return None if best is None else best.chi / best.readings
 
     @property
     def verdict(self) -> str:
@@ -73,8 +81,7 @@ class AxleBoxFinding(Shown):
         best = self.seen.best
         if best is None or self.verdict == NOT_EXPLAINED:
             return ()
-        most = best.misfit + TOLD * max(1.0, best.chi / best.bins)
-        return tuple(NAMES[one.shape] for one in self.seen.flats[1:] if one.misfit < most)
+        return alike_of(self.seen.flats, best)
 
     @property
     def probabilities(self) -> dict[str, float]:
@@ -82,11 +89,7 @@ class AxleBoxFinding(Shown):
         best = self.seen.best
         if best is None:
             return {self.verdict: 1.0}
-        scale = 2.0 * TEMPER * max(1.0, best.chi / best.bins)
-        odds = {NAMES[one.shape]: exp((best.misfit - one.misfit) / scale) for one in self.seen.flats}
-        odds[HEALTHY] = exp(-min(self.seen.gain, 1e4) / scale)
-        total = sum(odds.values())
-        return {name: value / total for name, value in sorted(odds.items(), key=lambda item: -item[1])}
+        return probabilities_of(self.seen.flats, best, self.seen.gain)
 
     @property
     def sizes(self) -> dict[str, tuple[float, tuple[float, float]]]:
@@ -95,9 +98,7 @@ class AxleBoxFinding(Shown):
         It is the length of a flat, and of a wheel out of round the amplitude of the order that stands out most.
         """
         if self.verdict == OutOfRoundWheel.name:
-            orders, largest = self.seen.orders, self.seen.orders.largest - 1
-            size, half = float(orders.amplitudes[largest]), INTERVAL * float(orders.deviations[largest])
-            return {self.verdict: (size, (size - half, size + half))}
+            return {self.verdict: order_size(self.seen.orders)}
         flats = self.seen.flats if self.seen.best is not None else ()
         return {NAMES[one.shape]: (one.length, _interval(one)) for one in flats}
 
@@ -127,19 +128,9 @@ class AxleBoxFinding(Shown):
             found = f"a fresh flat would be found from {half:.0f} mm on at half of the circumference"
             return f"wheel: {HEALTHY}: {found}, from {most:.0f} mm on at nine tenths of it"
         if self.verdict == OutOfRoundWheel.name:
-            return f"wheel: {self.verdict}: {self._order_words()}"
-        size, ends = self.sizes[self.verdict]
-        said = f"wheel: {self.verdict} (probability {self.probabilities[self.verdict]:.3f}), {1e3 * size:.1f} mm long "
-        said += f"(90 %: {1e3 * ends[0]:.1f} to {1e3 * ends[1]:.1f})"
-        for name in self.alike:
-            said += f"; not excluded: {name}, {1e3 * self.sizes[name][0]:.1f} mm"
-        return f"{said}; out of round, too: {self._order_words()}" if self.seen.orders.gain > NEEDED else said
-
-    def _order_words(self) -> str:
-        orders = self.seen.orders
-        sizes, halves = 1e6 * orders.amplitudes, 1e6 * INTERVAL * orders.deviations
-        known = [f"order {k}: {sizes[k - 1]:.0f} ± {halves[k - 1]:.0f} um" for k in orders.known]
-        return ", ".join(known) or f"mostly of order {orders.largest}"
+            return f"wheel: {self.verdict}: {order_words(self.seen.orders)}"
+        said = f"wheel: {flat_words(self.verdict, self.probabilities[self.verdict], self.sizes, self.alike)}"
+        return f"{said}; out of round, too: {order_words(self.seen.orders)}" if self.seen.orders.gain > NEEDED else said
 
     def _rail_words(self) -> str:
         if not self.joints:
@@ -177,7 +168,7 @@ class AxleBoxFinding(Shown):
             "estimates": {} if best is None else {name: best.values[name] for name in best.names},
             "orders": self.seen.orders.rows(),
             "orders_gain": self.seen.orders.gain,
-            "fresh_flat_found_from": {"half": self.seen.lengths[0], "nine_tenths": self.seen.lengths[1]},
+            FOUND_FROM: {"half": self.seen.lengths[0], "nine_tenths": self.seen.lengths[1]},
             "joints": [one.to_dict() for one in self.joints],
             "joints_every": self.rail_length,
         }

@@ -26,7 +26,7 @@ from wheeltapper.diagnosis.gauges.scan import NEEDED, SCREENED
 from wheeltapper.diagnosis.gauges.sizing import LONGER, MODEL_ERROR, OWN_LENGTH, SMALLEST, size_of, values_of
 from wheeltapper.diagnosis.gauges.weighing import ORDER
 from wheeltapper.lower.track.section import section_of
-from wheeltapper.record.assessment.filtering import low_passed
+from wheeltapper.record.assessment.filtering import low_passed, passed_share
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
@@ -70,7 +70,7 @@ class Flat(NamedTuple):
         Where on the turn the flat strikes, s after the turn's begin.
     chi, logarithm
         χ² with what was known before, and the logarithm of the determinant of the covariance.
-    bins
+    readings
         How many accelerations were compared.
     flawless
         χ² of a wheel without a flat, with the same weights.
@@ -85,7 +85,7 @@ class Flat(NamedTuple):
     shift: float
     chi: float
     logarithm: float
-    bins: int
+    readings: int
     flawless: float
     average: FloatArray
 
@@ -102,7 +102,7 @@ class Flat(NamedTuple):
     @property
     def deviation(self) -> float:
         """Standard deviation of its length, m, with the error of the model."""
-        left = max(1.0, self.chi / self.bins)
+        left = max(1.0, self.chi / self.readings)
         return self.length * float(np.sqrt(left * self.deviations[self.names.index(LENGTH)] ** 2 + OWN_LENGTH**2))
 
 
@@ -169,8 +169,8 @@ class Wheel:
         count = ceil((MODEL_TURNS + 1.1) * self.period * rate)
         nothing, none = np.zeros((count, 1)), np.zeros((count, 1), dtype=bool)
         passing = Passing((), rate, nothing, none, 0.0, self.speed, self.static_force, 0.0)
-        self.runs, self.responses = Runs(passing, self.known.scene), bare_responses(section_of(self.known.scene.track))
-
+        self.runs = Runs(passing, self.known.scene, finer=1)  # its samples are finer than a recorder's
+        self.responses = bare_responses(section_of(self.known.scene.track))
         self.values = values_of(passing, self.known)
         own = {FORCE: self.force_spread, **self.known.spread, GAIN: GAIN_SPREAD}
         self.spread = {name: share for name, share in own.items() if share > 0.0}
@@ -178,7 +178,7 @@ class Wheel:
     def answer(self, frequencies: FloatArray) -> ComplexArray:
         """Return the acceleration per height below the wheel, in the mean over a bay, 1/s²."""
         stiffness, mass = contact_stiffness(self.values[CONTACT], self.static_force), self.values[MASS]
-        passed = 1.0 / (1.0 + (np.sqrt(2.0) - 1.0) * (frequencies / self.cutoff) ** ORDER)
+        passed = passed_share(frequencies, self.runs.passing.rate, self.cutoff, ORDER)
         return np.asarray(self.responses.contact(frequencies, stiffness, mass)[:, :-1].mean(axis=1) * passed / mass)
 
     def waves(self, orders: FloatArray) -> FloatArray:

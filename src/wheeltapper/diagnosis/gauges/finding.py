@@ -3,22 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import exp
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
-from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
+from wheeltapper.diagnosis.finding import NOT_EXPLAINED
 from wheeltapper.diagnosis.gauges.fit import Fit
 from wheeltapper.diagnosis.gauges.known import Known
 from wheeltapper.diagnosis.gauges.orders import OutOfRound
 from wheeltapper.diagnosis.gauges.outlook import outlook
 from wheeltapper.diagnosis.gauges.passing import FORCE, LENGTH, POSITION, SPEED, Passing
-from wheeltapper.diagnosis.gauges.scan import FOUND
+from wheeltapper.diagnosis.gauges.scan import FOUND_FROM
 from wheeltapper.diagnosis.gauges.shares import shares_of
-from wheeltapper.diagnosis.gauges.sizing import NAMES, Sized
+from wheeltapper.diagnosis.gauges.sizing import Sized
+from wheeltapper.diagnosis.gauges.verdicts import (
+    INTERVAL,
+    NAMES,
+    flat_words,
+    order_size,
+    order_words,
+    probabilities_of,
+)
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.shown import Shown
@@ -30,14 +37,10 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 EXPLAINED = 3.0
 """The largest χ² of a reading that a model leaves. Flats from another program, on another track, left 0.9 to 1.7."""
-TEMPER = 10.0
-"""Differences of χ² count this part of themselves in probabilities: the model errs by more than noise does."""
 LENGTHS = (0.015, 0.025, 0.035, 0.05, 0.07, 0.1)
 """Of flats whose peaks are told by `breaking_length`, m; between them peaks are interpolated."""
 SPEEDS = (10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0)
 """At which peaks are told if none are asked for, m/s."""
-INTERVAL = 1.645
-"""Half of an interval of 90 %, in standard deviations."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -88,11 +91,7 @@ class WheelFinding(Shown):
         best = self.sized.best
         if best is None:
             return {self.verdict: 1.0}
-        scale = 2.0 * TEMPER * max(1.0, best.chi / best.readings)
-        odds = {NAMES[one.shape]: exp((best.misfit - one.misfit) / scale) for one in self.sized.fits.values()}
-        odds[HEALTHY] = exp(-min(self.sized.gain, 1e4) / scale)
-        total = sum(odds.values())
-        return {name: value / total for name, value in sorted(odds.items(), key=lambda item: -item[1])}
+        return probabilities_of(self.sized.fits.values(), best, self.sized.gain)
 
     @property
     def sizes(self) -> dict[str, tuple[float, tuple[float, float]]]:
@@ -102,9 +101,7 @@ class WheelFinding(Shown):
         """
         out = {}
         if self.out_of_round is not None:
-            largest = self.out_of_round.largest - 1
-            size, half = self.out_of_round.amplitudes[largest], INTERVAL * self.out_of_round.deviations[largest]
-            out[self.verdict] = float(size), (float(size - half), float(size + half))
+            out[self.verdict] = order_size(self.out_of_round)
         for shape, fit in self.sized.fits.items() if self.sized.best is not None else ():
             length, half = fit.values[LENGTH], INTERVAL * self.sized.deviation(shape)
             out[NAMES[shape]] = length, (length - half, length + half)
@@ -124,16 +121,9 @@ class WheelFinding(Shown):
             return f"{said}, a rounded one only if it is longer"
         if self.out_of_round is not None:
             found = self.out_of_round
-            sizes, halves = 1e6 * found.amplitudes, 1e6 * INTERVAL * found.deviations
-            known = [f"order {k}: {sizes[k - 1]:.0f} ± {halves[k - 1]:.0f} um" for k in found.known]
             rest = f"; hardly known: orders {', '.join(map(str, found.unknown))}" if found.unknown else ""
-            return f"{self.verdict}: {', '.join(known) or f'mostly of order {found.largest}'}{rest}"
-        size, ends = self.sizes[self.verdict]
-        said = f"{self.verdict} (probability {self.probabilities[self.verdict]:.3f}), {1e3 * size:.1f} mm long "
-        said += f"(90 %: {1e3 * ends[0]:.1f} to {1e3 * ends[1]:.1f})"
-        for name in self.sized.alike:
-            said += f"; not excluded: {name}, {1e3 * self.sizes[name][0]:.1f} mm"
-        return said
+            return f"{self.verdict}: {order_words(found)}{rest}"
+        return flat_words(self.verdict, self.probabilities[self.verdict], self.sizes, self.sized.alike)
 
     def outlook(self, speeds: ArrayLike = SPEEDS, static_forces: ArrayLike | None = None) -> xr.Dataset:
         """Return the peaks that the wheel will make at other speeds and loads.
@@ -259,7 +249,7 @@ class WheelFinding(Shown):
             "gain": self.sized.gain,
             "estimates": values,
             "orders": [] if self.out_of_round is None else self.out_of_round.rows(),
-            FOUND: self.sized.seen.found_from,
+            FOUND_FROM: self.sized.seen.found_from,
         }
 
     def _errors(self) -> dict[str, dict[str, Any]]:

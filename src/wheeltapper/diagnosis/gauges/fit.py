@@ -41,7 +41,7 @@ LONGEST_STEP, FARTHEST = 0.3, 0.03
 place by so many m."""
 FEWEST, MOST = 0.004, 0.2
 """Of the length of a flat, m: where steps lead beyond, they are shortened."""
-SURER = 6.0
+SURER = 2.0
 """Variances of what was known before are taken to be so many times smaller than stated: errors of the model are alike
 in many readings, and would move loads, gains, mass and contact together."""
 DONE = SURER

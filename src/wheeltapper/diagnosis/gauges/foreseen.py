@@ -157,7 +157,7 @@ class Foreseen:
     ) -> FloatArray:
         """Return how compared readings change with a value, N, (readings, places)."""
         if name in (ADVANCE, SPEED):
-            smooth, passing = problem.band.smooth(self.runs.readings(self.values, "fresh")), self.runs.passing
+            smooth, passing = problem.read(self.values, "fresh"), self.runs.passing
             by = 1.0 / passing.speed if name == ADVANCE else passing.seconds[:, None]
             slope = problem.band.taken(np.gradient(smooth, axis=0) * passing.rate * by)
             return np.repeat(slope[:, None], len(places), axis=1)

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.diagnosis.finding import HEALTHY
-from wheeltapper.diagnosis.gauges.finding import INTERVAL, WheelFinding
+from wheeltapper.diagnosis.gauges.finding import WheelFinding
 from wheeltapper.diagnosis.gauges.lines import Lengths, Lines, around, changes, lines_of
-from wheeltapper.diagnosis.gauges.scan import FOUND
-from wheeltapper.diagnosis.gauges.sizing import LONGER, NAMES
+from wheeltapper.diagnosis.gauges.scan import FOUND_FROM
+from wheeltapper.diagnosis.gauges.sizing import LONGER
+from wheeltapper.diagnosis.gauges.verdicts import INTERVAL, NAMES
 from wheeltapper.ground.arguments import as_list, as_quantity, check_text
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.shown import Shown
@@ -302,14 +303,19 @@ def what_is_told(wheel: WheelFinding | Mapping[str, Any]) -> dict[str, Any] | No
     if not isinstance(wheel, Mapping):
         raise InputError("", "passages", value_text(wheel), "findings of wheels, or their entries in a train's `axles`")
     held = wheel.get("finding", wheel)
-    if "flats" in held or FOUND not in held:
+    if "flats" in held or FOUND_FROM not in held:
         return dict(held) if "flats" in held else None
     errors = held.get("errors", {})
     verdict = held["verdict"] if "errors" in held else HEALTHY  # a wheel that was looked at, and not fitted
     if verdict != HEALTHY and verdict not in errors:
         return None
     flats = {name: {"length": held["sizes"][name]["size"], **error} for name, error in errors.items()}
-    return {"verdict": verdict, "alike": list(held.get("alike", ())), "flats": flats, FOUND: dict(held[FOUND])}
+    return {
+        "verdict": verdict,
+        "alike": list(held.get("alike", ())),
+        "flats": flats,
+        FOUND_FROM: dict(held[FOUND_FROM]),
+    }
 
 
 def _places(at: Sequence[Any]) -> tuple[FloatArray, str]:
@@ -335,7 +341,7 @@ def _passed(told: Sequence[Mapping[str, Any]], at: Sequence[float]) -> list[Pass
     out = []
     for n, (one, place) in enumerate(zip(told, at, strict=True)):
         near = told[min(sure, key=lambda m, n=n: abs(m - n))]["verdict"] if sure else usual  # type: ignore[misc]
-        unseen = [one[FOUND][share] for share in ("half", "nine_tenths")]
+        unseen = [one[FOUND_FROM][share] for share in ("half", "nine_tenths")]
         if one["verdict"] == HEALTHY:
             longer = next(LONGER[shape] for shape, name in NAMES.items() if name == near)
             out.append(Passed(place, np.nan, HEALTHY, 0.0, {}, (longer * unseen[0], longer * unseen[1])))

@@ -30,7 +30,7 @@ RUN_IN = 0.08
 SAMPLES = 2.5
 """Readings are compared at so many times the cut-off frequency, a second."""
 FINER, ALIASED = 4, 0.4
-"""Forces are computed so many times a sample, and then low-passed at this times the rate of the samples."""
+"""Forces and readings are computed so many times a sample, and then low-passed at this times the rate."""
 BEYOND, OWN = 1.4, 0.06
 """A wheel is fitted from so far before the first gauge to so far behind the last one, m; what a gauge reads is left out
 while the wheel is so near to it, m."""
@@ -121,7 +121,7 @@ class Runs:
     count
         How many runs there were.
     finer
-        Forces are computed so many times a sample.
+        Forces and readings are computed so many times a sample.
     """
 
     passing: Passing
@@ -166,14 +166,14 @@ class Runs:
         return self._records[key]
 
     def readings(self, values: Values, shape: str) -> FloatArray:
-        """Return what the sensors would have recorded of a run, N, (samples, sensors)."""
+        """Return what the sensors would have recorded of a run, N, (samples, sensors); see `forces`."""
         key = shape, tuple(sorted(values.items()))
         if key not in self._readings:
-            begins, rate = self.start(values), self.passing.rate
+            begins, rate = self.start(values), self.finer * self.passing.rate
             moved = {str(number): _moved(one, -begins, number, rate) for number, one in enumerate(self.passing.sensors)}
             found = self.record(values, shape).recordings(list(moved.values()))
-            first, last = self.passing.lead, self.passing.lead + len(self.passing.readings)
-            self._readings[key] = np.stack([found[name].samples[first:last] for name in moved], axis=1)
+            whole = self._sampled(np.stack([found[name].samples for name in moved], axis=1))
+            self._readings[key] = whole[self.passing.lead :][: len(self.passing.readings)]
         return self._readings[key]
 
     def forces(self, values: Values, shape: str) -> FloatArray:
@@ -183,12 +183,16 @@ class Runs:
         """
         key = shape, tuple(sorted(values.items()))
         if key not in self._forces:
-            rate = self.finer * self.passing.rate
-            times = np.arange(self.finer * (self.passing.lead + len(self.passing.readings))) / rate
+            samples = self.finer * (self.passing.lead + len(self.passing.readings))
+            times = np.arange(samples) / (self.finer * self.passing.rate)
             record = self.record(values, shape)
-            fine = record._lowered.forces(record._march, times)[:, 0]
-            self._forces[key] = low_passed(fine, rate, ALIASED * self.passing.rate, 8)[:: self.finer]
+            self._forces[key] = self._sampled(record._lowered.forces(record._march, times)[:, 0])
         return self._forces[key]
+
+    def _sampled(self, fine: FloatArray) -> FloatArray:
+        """Return values at samples, from those `finer` times as often."""
+        rate = self.passing.rate
+        return low_passed(fine, self.finer * rate, ALIASED * rate, 8)[:: self.finer]
 
 
 def _moved(sensor: BetweenPlaces, by: float, number: int, rate: float) -> BetweenPlaces:

@@ -21,7 +21,8 @@ from wheeltapper.diagnosis.gauges.foreseen import FOUND, Flat, Foreseen, smalles
 from wheeltapper.diagnosis.gauges.known import known_of
 from wheeltapper.diagnosis.gauges.passing import passing_without_readings
 from wheeltapper.diagnosis.gauges.scan import SCREENED
-from wheeltapper.diagnosis.gauges.sizing import NAMES, OWN_LENGTH, SMALLEST
+from wheeltapper.diagnosis.gauges.sizing import OWN_LENGTH, SMALLEST
+from wheeltapper.diagnosis.gauges.verdicts import INTERVAL, NAMES
 from wheeltapper.ground.arguments import as_quantities, as_quantity
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.progress import Progress, progress_shown, report
@@ -110,7 +111,7 @@ class GaugePerformance(Shown):
                 "probability": float(chance.values[index].mean()),
                 "blind": float(self.blind.transpose(*axes)[index]),
             }
-            rows.append(own | {"half_interval_90": 1.645 * float(np.sqrt((sd.values[index] ** 2).mean()))})
+            rows.append(own | {"half_interval_90": INTERVAL * float(np.sqrt((sd.values[index] ** 2).mean()))})
         return rows
 
 

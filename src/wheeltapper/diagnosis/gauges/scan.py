@@ -42,7 +42,7 @@ FINE = 4.5
 """Places that are tried are this part of the shortest wave that is read apart."""
 SHORTEST, LONGEST = 0.01, 0.08
 """Of a flat that is found, m."""
-FOUND = "fresh_flat_found_from"
+FOUND_FROM = "fresh_flat_found_from"
 """Name of `Seen.found_from` among what is told of a wheel."""
 APART = 0.03
 """Places of a flat that are no farther apart are one, m."""
@@ -145,8 +145,7 @@ class Scan:
 
     def gains(self, along: FloatArray) -> FloatArray:
         """Return by how much the best flat lowers χ² of wheels, (wheels,), from what is `explained`."""
-        factor = np.clip(along / self._size[:, None], 0.0, (LONGEST / TRIED) ** 2)
-        return np.asarray((factor * (2.0 * along - factor * self._size[:, None])).max(axis=0))
+        return np.asarray(self._factors(along, self._size[:, None])[1].max(axis=0))
 
     @property
     def smallest(self) -> FloatArray:
@@ -166,7 +165,7 @@ class Scan:
 
     def _candidates(self, left: FloatArray) -> tuple[Candidate, ...]:
         """Return the places at which a fresh flat explains most of what is left, the best first."""
-        factor, gain = self._factors(left)
+        factor, gain = self._factors(self.explained(left), self._size)
         found: list[Candidate] = []
         for number in np.argsort(-gain):
             place, own = self._tried[number]
@@ -178,11 +177,11 @@ class Scan:
                 break
         return tuple(found)
 
-    def _factors(self, left: FloatArray) -> tuple[FloatArray, FloatArray]:
+    @staticmethod
+    def _factors(along: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the best factor on each column, at least 0, and by how much χ² falls with it."""
-        along = self._weighed.T @ left
-        factor = np.clip(along / self._size, 0.0, (LONGEST / TRIED) ** 2)
-        return factor, factor * (2.0 * along - factor * self._size)
+        factor = np.clip(along / size, 0.0, (LONGEST / TRIED) ** 2)
+        return factor, factor * (2.0 * along - factor * size)
 
 
 def free_columns(band: Band, level: FloatArray, speed: float) -> FloatArray:

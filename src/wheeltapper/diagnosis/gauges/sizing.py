@@ -16,8 +16,6 @@ from wheeltapper.describe.paths import value_at
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.alarms import PEAKS
 from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
-from wheeltapper.diagnosis.faults.rounded_flat import RoundedFlat
-from wheeltapper.diagnosis.faults.wheel_flat import FreshFlat
 from wheeltapper.diagnosis.finding import HEALTHY
 from wheeltapper.diagnosis.gauges.fit import Fit, Problem, fitted
 from wheeltapper.diagnosis.gauges.known import CONTACT, MASS, RADIUS, Known
@@ -26,14 +24,13 @@ from wheeltapper.diagnosis.gauges.responses import Responses, responses_of
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
 from wheeltapper.diagnosis.gauges.scan import NEEDED, SCREENED, Candidate, Scan, Seen
 from wheeltapper.diagnosis.gauges.transfer import Transfer
+from wheeltapper.diagnosis.gauges.verdicts import NAMES, alike_of
 from wheeltapper.diagnosis.gauges.weighing import Band, Weights, band_of
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.march.common.blocks import algebra_on_one_thread
 from wheeltapper.record.assessment.filtering import low_passed
 
 FloatArray = NDArray[np.float64]
-NAMES = {flat.shape: flat.name for flat in (FreshFlat, RoundedFlat)}
-"""Of the faults, by the shapes of flats."""
 HIGHEST = 800.0
 """Readings are compared up to this frequency, Hz."""
 FIRST_WAVE, FIRST = 0.035, (200.0, 600.0)
@@ -50,10 +47,6 @@ ROUNDS, UNSETTLED = 2, 1.2
 """A fit whose χ² is more than this times the number of readings is made once more, from where it has come to."""
 SMALLEST = 0.015
 """A flat is at least so long, m: else a wheel counts as healthy."""
-TOLD, OF_READINGS = 60.0, 0.03
-"""Fresh and rounded flats are told from each other where χ² differs by so much, and by this part of the number of
-readings, over the reduced χ² of the better one. Of fresh flats of 29 to 42 mm at 24 to 30 m/s, with roughness, the
-rounded one was better by up to 250, or 4 % of the readings."""
 HOPELESS = 600.0
 """A shape that begins with the track that was fitted with the other one, and whose χ² is so much more, over the reduced
 χ², is not fitted further."""
@@ -128,11 +121,7 @@ class Sized:
     @property
     def alike(self) -> tuple[str, ...]:
         """Other verdicts that the readings do not exclude."""
-        best = self.best
-        if best is None:
-            return ()
-        most = best.misfit + max(TOLD, OF_READINGS * best.readings) * max(1.0, best.chi / best.readings)
-        return tuple(NAMES[one.shape] for one in self.fits.values() if best.misfit < one.misfit < most)
+        return () if self.best is None else alike_of(self.fits.values(), self.best)
 
     def deviation(self, shape: str) -> float:
         """Return the standard deviation of a flat's length, m, with the error of the model."""

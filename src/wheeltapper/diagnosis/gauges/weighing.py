@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from wheeltapper.diagnosis.gauges.passing import SAMPLES, Passing
-from wheeltapper.record.assessment.filtering import low_passed
+from wheeltapper.record.assessment.filtering import low_passed, passed_share
 
 FloatArray = NDArray[np.float64]
 T = TypeVar("T", np.float64, np.complex128)
@@ -47,7 +47,7 @@ class Band(NamedTuple):
 
     def gain(self, frequencies: FloatArray) -> FloatArray:
         """Return what the low-pass leaves of amplitudes."""
-        return np.asarray(1.0 / (1.0 + (np.sqrt(2.0) - 1.0) * (frequencies / self.cutoff) ** ORDER))
+        return passed_share(frequencies, self.passing.rate, self.cutoff, ORDER)
 
     def taken(self, readings: FloatArray) -> FloatArray:
         """Return the readings that are compared, of each sensor one after the other."""

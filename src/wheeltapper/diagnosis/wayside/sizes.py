@@ -30,7 +30,7 @@ from wheeltapper.diagnosis.gauges.passing import (
     beside_gauges,
     passing_without_readings,
 )
-from wheeltapper.diagnosis.gauges.scan import FOUND, SCREENED, Scan, Seen
+from wheeltapper.diagnosis.gauges.scan import FOUND_FROM, SCREENED, Scan, Seen
 from wheeltapper.diagnosis.gauges.sizing import FIRST_NOISE, Sized, scan_of, size_of, sized_flat, values_of
 from wheeltapper.diagnosis.wayside.channels import Channel
 from wheeltapper.diagnosis.wayside.deck import Diagnosed
@@ -315,7 +315,7 @@ def with_sizes(found: Measured, site: Site, which: Diagnosed) -> Measured:
                 entry["finding"] = found_there[axle].to_dict()
                 shown[axle + 1, side.side] = found_there[axle]
             else:
-                entry[FOUND] = one.found_from
+                entry[FOUND_FROM] = one.found_from
     told = replace(found.finding, axles=tuple(entries), notes=(*found.finding.notes, *notes), wheels=shown)
     return found._replace(finding=told)
 

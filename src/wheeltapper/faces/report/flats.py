@@ -8,8 +8,8 @@ from operator import itemgetter
 from typing import Any, NamedTuple
 
 from wheeltapper.diagnosis.finding import HEALTHY
-from wheeltapper.diagnosis.gauges.finding import INTERVAL
 from wheeltapper.diagnosis.gauges.growth import Growth, wheel_growth
+from wheeltapper.diagnosis.gauges.verdicts import INTERVAL
 
 MOST = 100
 """So many of a wheel's latest passages count."""

@@ -85,12 +85,15 @@ def _transfer(rail: ComplexArray, along: FloatArray) -> ComplexArray:
     if not rail[..., 2:, :2].any():  # at rest the deflection is a cubic: the exponential series ends
         step = rail * along[..., None, None]
         return np.asarray(np.eye(4) + step @ (np.eye(4) + step @ (np.eye(4) + step / 3.0) / 2.0))
+    from scipy.linalg import expm
+
     of_each = rail.shape[:-2]
     _, first, which = np.unique(np.round(along, SAME_LENGTH), return_index=True, return_inverse=True)
     shape = np.broadcast_shapes(of_each, along.shape)
     if len(first) * np.prod(of_each) >= np.prod(shape):
-        return _exponentials(np.ascontiguousarray(rail * along[..., None, None]))
-    found = _exponentials(rail[..., None, :, :] * along.ravel()[first][:, None, None])  # lengths repeat in each bay
+        return np.asarray(expm(rail * along[..., None, None]))
+    lengths = along.ravel()[first]  # they repeat from bay to bay
+    found = _exponentials(rail.tobytes(), of_each, lengths.tobytes())
     rows = np.arange(int(np.prod(of_each))).reshape(of_each)
     return np.asarray(found.reshape(-1, len(first), 4, 4)[rows, which.reshape(along.shape)])
 
@@ -155,15 +158,10 @@ def pinned(section: Section) -> float:
     return float(np.sqrt(2.0 * last / (middle + np.sqrt(middle**2 - 4.0 * quartic * last))))
 
 
-def _exponentials(matrices: ComplexArray) -> ComplexArray:
-    """Return the exponentials of matrices; tracks that differ in their seats only have the same."""
-    return _kept_exponentials(matrices.tobytes(), matrices.shape)
-
-
 @lru_cache(maxsize=16)
-def _kept_exponentials(matrices: bytes, shape: tuple[int, ...]) -> ComplexArray:
+def _exponentials(rail: bytes, of_each: tuple[int, ...], lengths: bytes) -> ComplexArray:
+    """Return the transfers over several lengths of rail: tracks that differ in their seats only have the same."""
     from scipy.linalg import expm
 
-    found = np.asarray(expm(np.frombuffer(matrices, dtype=complex).reshape(shape)))
-    found.flags.writeable = False  # it is handed out again
-    return found
+    matrices = np.frombuffer(rail, dtype=complex).reshape(*of_each, 1, 4, 4)
+    return np.asarray(expm(matrices * np.frombuffer(lengths)[:, None, None]))

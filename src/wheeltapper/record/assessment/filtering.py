@@ -87,6 +87,12 @@ def _corner(rate: float, cutoff: float, order: int) -> float:
     return atan(tan(pi * cutoff / rate) * (2.0**0.5 - 1.0) ** (-1.0 / order)) * rate / pi
 
 
+def passed_share(frequencies: FloatArray, rate: float, cutoff: float, order: int) -> FloatArray:
+    """Return what `low_passed` leaves of amplitudes at frequencies, Hz."""
+    over = np.tan(np.pi * np.minimum(frequencies / rate, 0.4999)) / tan(pi * cutoff / rate)
+    return np.asarray(1.0 / (1.0 + (2.0**0.5 - 1.0) * over**order))
+
+
 def settling_time(cutoff: float, order: int = 4) -> float:
     """Return the time, s, beyond which all samples of one side together weigh at most `REMAINS`.
 

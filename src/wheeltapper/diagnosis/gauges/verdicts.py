@@ -1,0 +1,89 @@
+"""How fitted flats are weighed against each other, and the words for it: the same of gauges and of axle boxes.
+
+Theory: docs/theory/gauges.rst, section 16.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from math import exp
+from typing import Protocol
+
+from wheeltapper.diagnosis.faults.rounded_flat import RoundedFlat
+from wheeltapper.diagnosis.faults.wheel_flat import FreshFlat
+from wheeltapper.diagnosis.finding import HEALTHY
+from wheeltapper.diagnosis.gauges.orders import OutOfRound
+
+NAMES = {flat.shape: flat.name for flat in (FreshFlat, RoundedFlat)}
+"""Of the faults, by the shapes of flats."""
+TOLD, OF_READINGS = 60.0, 0.03
+"""Fresh and rounded flats are told from each other where χ² differs by so much, and by this part of the number of
+readings, over the reduced χ² of the better one. Of fresh flats of 29 to 42 mm at 24 to 30 m/s, with roughness, the
+rounded one was better by up to 250, or 4 % of the readings."""
+TEMPER = 10.0
+"""Differences of χ² count this part of themselves in probabilities: the model errs by more than noise does."""
+INTERVAL = 1.645
+"""Half of an interval of 90 %, in standard deviations."""
+
+
+class Fitted(Protocol):
+    """A flat that was fitted."""
+
+    @property
+    def shape(self) -> str:
+        """Its shape, "fresh" or "rounded"."""
+        ...
+
+    @property
+    def chi(self) -> float:
+        """χ², with what was known before."""
+        ...
+
+    @property
+    def readings(self) -> int:
+        """How many readings were compared."""
+        ...
+
+    @property
+    def misfit(self) -> float:
+        """What fits of the same readings differ in."""
+        ...
+
+
+def alike_of(fits: Iterable[Fitted], best: Fitted) -> tuple[str, ...]:
+    """Return the faults that readings do not exclude besides the best one."""
+    most = best.misfit + max(TOLD, OF_READINGS * best.readings) * max(1.0, best.chi / best.readings)
+    return tuple(NAMES[one.shape] for one in fits if best.misfit < one.misfit < most)
+
+
+def probabilities_of(fits: Iterable[Fitted], best: Fitted, gain: float) -> dict[str, float]:
+    """Return the probabilities of flats and of "healthy", the largest first; the best lowers χ² by `gain`."""
+    scale = 2.0 * TEMPER * max(1.0, best.chi / best.readings)
+    odds = {NAMES[one.shape]: exp((best.misfit - one.misfit) / scale) for one in fits}
+    odds[HEALTHY] = exp(-min(gain, 1e4) / scale)
+    total = sum(odds.values())
+    return {name: value / total for name, value in sorted(odds.items(), key=lambda item: -item[1])}
+
+
+def flat_words(
+    verdict: str, probability: float, sizes: Mapping[str, tuple[float, tuple[float, float]]], alike: Iterable[str]
+) -> str:
+    """Return a flat with its probability, length and interval, and what is not excluded."""
+    size, (low, high) = sizes[verdict]
+    said = f"{verdict} (probability {probability:.3f}), {1e3 * size:.1f} mm long "
+    said += f"(90 %: {1e3 * low:.1f} to {1e3 * high:.1f})"
+    return said + "".join(f"; not excluded: {name}, {1e3 * sizes[name][0]:.1f} mm" for name in alike)
+
+
+def order_words(orders: OutOfRound) -> str:
+    """Return the orders that are known, with their intervals."""
+    sizes, halves = 1e6 * orders.amplitudes, 1e6 * INTERVAL * orders.deviations
+    known = [f"order {k}: {sizes[k - 1]:.0f} ± {halves[k - 1]:.0f} um" for k in orders.known]
+    return ", ".join(known) or f"mostly of order {orders.largest}"
+
+
+def order_size(orders: OutOfRound) -> tuple[float, tuple[float, float]]:
+    """Return the amplitude, m, of the order that stands out most, and its interval."""
+    largest = orders.largest - 1
+    size, half = float(orders.amplitudes[largest]), INTERVAL * float(orders.deviations[largest])
+    return size, (size - half, size + half)
