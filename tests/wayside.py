@@ -95,6 +95,12 @@ class Passages:
     forces: np.ndarray
     readings: np.ndarray
 
+    def recorded(self, rate):
+        """Return the same sampled less often, with channels that went through a recorder's filter before."""
+        every = round(FINELY / rate)
+        filtered = sosfiltfilt(butter(4, 0.4 * rate, fs=FINELY, output="sos"), self.readings, axis=-1)
+        return Passages(self.x[::every], self.forces[:, ::every], filtered[..., ::every])
+
 
 @dataclass
 class Line:
@@ -217,9 +223,7 @@ class Line:
 
     def recorded(self, wheels, speed, rate):
         """Return what wheels do, with channels that went through a recorder's filter before they were sampled."""
-        found, every = self.passages(wheels, speed, FINELY), round(FINELY / rate)
-        filtered = sosfiltfilt(butter(4, 0.4 * rate, fs=FINELY, output="sos"), found.readings, axis=-1)
-        return Passages(found.x[::every], found.forces[:, ::every], filtered[..., ::every])
+        return self.passages(wheels, speed, FINELY).recorded(rate)
 
     def along(self, wheels, x, rate, every):
         """Return what wheels do alone that are at the places x, m, (wheel or 1, step), `every` steps a sample.
