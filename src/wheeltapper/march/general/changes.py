@@ -13,7 +13,9 @@ At a fixed time ΔN is that of a logged node less N' times the change of its tim
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +33,8 @@ JUMPS = 1e-6
 """Drop of a force at a joint of the path, over the unit of force, from which on it jumps; less is rounding."""
 
 
-class Change(NamedTuple):
+@dataclass(eq=False)
+class Change:
     """The change of a march along a direction, with what records ask of a march.
 
     It is NaN, but for forces, where the path makes a force jump in another place: there the tangents of bodies and
@@ -39,40 +42,52 @@ class Change(NamedTuple):
 
     Attributes
     ----------
-    status, end, sinking
+    status, end
         Those of the march.
-    bodies
-        March and change together: forces, and bodies, of the march, then those of the change.
-    track
-        The change of the track; None on a rigid rail.
-    march
-        The march itself where its wheels are elsewhere, along a change of the speed; else None.
     """
 
     status: int
     end: float
-    sinking: FloatArray
-    bodies: Found
-    track: Found | None
-    march: Found | None
+    _found: Found
+    _turn: SystemTurn
+    _forces: FloatArray  # at the nodes of all parts
+    _modes: FloatArray  # at the start
+    _states: FloatArray
+
+    @property
+    def sinking(self) -> FloatArray:
+        """Of the march, m."""
+        return self._found.sinking
 
     def at(self, times: FloatArray) -> replay.Replayed:
         """Return everything but the track's modes at some times, s."""
-        return replay.Replayed(*(one[:, one.shape[1] // 2 :] for one in replay.replay(self.bodies, times)))
+        return replay.Replayed(*(one[:, one.shape[1] // 2 :] for one in replay.replay(self._bodies, times)))
 
     def forces(self, times: FloatArray) -> FloatArray:
         """Return the forces of all contacts at some times, s, and nothing else."""
-        found = replay.forces(self.bodies, times)
-        return found[:, found.shape[1] // 2 :]
+        return replay.forces(self._under, times)
 
     def modes(self, times: FloatArray, bends: bool = True) -> replay.Modes:
         """Return the track's modes at some times, s."""
-        assert self.track is not None
-        return replay.modes(self.track, times, bends)
+        return replay.modes(self._track, times, bends)
 
     def moved(self, times: FloatArray) -> replay.Replayed | None:
-        """Return the march's own forces where wheels are elsewhere by a unit of the direction, each by t; else None."""
-        return None if self.march is None else replay.replay(self.march, times)
+        """Return the march's own forces where wheels are elsewhere, by t for a unit of the direction; else None."""
+        return replay.replay(self._found, times) if self._turn.speed else None
+
+    @cached_property
+    def _under(self) -> Found:
+        return _under(self._found, [self._forces])
+
+    @cached_property
+    def _bodies(self) -> Found:
+        """March and change together: forces and bodies of the march, then those of the change."""
+        return _of_bodies(self._found, self._turn, [self._found.logs.rows["forces"], self._forces], self._states)
+
+    @cached_property
+    def _track(self) -> Found:
+        also = [_times(self._found) * self._found.logs.rows["forces"]] if self._turn.speed else []
+        return _of_track(self._found, [self._forces, *also], self._modes)
 
 
 def changes(found: Found, status: int, end: float, turns: list[SystemTurn]) -> list[Change]:
@@ -85,23 +100,17 @@ def changes(found: Found, status: int, end: float, turns: list[SystemTurn]) -> l
 def _changes(found: Found, status: int, end: float, turns: list[SystemTurn]) -> list[Change]:
     arguments = gradients.tangent_arguments(found, turns)
     tables, state, told = arguments[1], arguments[5], arguments[-2]
-    modes, bodies = state.modes.copy(), state.bodies.copy()  # at the start; the kernel moves them on
+    modes, states = state.modes.copy(), state.bodies.copy()  # at the start; the kernel moves them on
     if not tangent.tangent_kernel(*arguments):
         raise ArithmeticError("contacts do not settle with each other")
-    rows, ring = found.logs.rows, found.prepared.system.ring
     out = []
     for lane, turn in enumerate(turns):
-        forces, begin, start = told.forces[:, :, lane], modes[lane], bodies[:-1, lane]
+        forces = told.forces[:, :, lane]
         if turn.speed:
             forces = forces - _rates(found) * _times(found) * tables.seconds[lane]
-        if np.any((np.abs(told.drops) > JUMPS) & (told.moved[:, lane] != 0.0)):
-            begin, start = np.full_like(begin, np.nan), np.full_like(start, np.nan)
-        held = _of_bodies(found, turn, [rows["forces"], forces], start)
-        track = None
-        if ring is not None:
-            also = [_times(found) * rows["forces"]] if turn.speed else []
-            track = _of_track(found, [forces, *also], begin)
-        out.append(Change(status, end, found.sinking, held, track, found if turn.speed else None))
+        jumps = bool(np.any((np.abs(told.drops) > JUMPS) & (told.moved[:, lane] != 0.0)))
+        begin = np.nan if jumps else 1.0
+        out.append(Change(status, end, found, turn, forces, begin * modes[lane], begin * states[:-1, lane]))
     return out
 
 
