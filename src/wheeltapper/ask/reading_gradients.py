@@ -31,6 +31,7 @@ from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.warned import warn_caller
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march.common.blocks import core_count
+from wheeltapper.record.arguments import check_method
 from wheeltapper.record.record import Record
 from wheeltapper.record.recordings.simulated import listed_sensors, recordings, wheel_forces
 from wheeltapper.record.simulate import side_by_side, simulated_scenario
@@ -39,8 +40,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
-OF_SENSORS = "sensors"
-"""First part of a path of a sensor's field, before its name."""
+OF_SENSORS = "sensors."
+"""Before the name of a sensor in a path of one of its fields."""
 NEAR = 0.02
 """Sensors are moved by parts of this length, m, to differentiate with respect to their places."""
 SI_UNITS = {"force": "N", "acceleration": "m/s^2", "length": "m", "strain": ""}
@@ -113,6 +114,12 @@ class _Readings:
 
 def reading_gradients(scenario: Scenario, given: Sensors, parameters: Sequence[str], method: str) -> xr.Dataset:
     """Return readings of a run and their derivatives, as `wheeltapper.gradient` does for sensors."""
+    check_method(method)
+    of_scenario = [path for path in parameters if not path.startswith(OF_SENSORS)]
+    for path in of_scenario:
+        check_differentiable(scenario, path)
+        if path == "duration":
+            raise InputError("", path, "it, on which no reading at a given time depends", "another field")
     record = simulated_scenario(scenario, method)
     rates = {float(one.rate) for one in listed_sensors(record, given)[0].values()}
     if len(rates) > 1:
@@ -120,11 +127,6 @@ def reading_gradients(scenario: Scenario, given: Sensors, parameters: Sequence[s
     readings = _Readings(record, given, parameters)
     if taken := [name for name in readings.sensors if name in TAKEN]:
         raise InputError("", "name", repr(taken[0]), f"another name than {', '.join(TAKEN)}")
-    of_scenario = [path for path in parameters if _of_sensor(readings, path) is None]
-    for path in of_scenario:
-        check_differentiable(scenario, path)
-        if path == "duration":
-            raise InputError("", path, "it, on which no reading at a given time depends", "another field")
     for path, change in changes_of(record, of_scenario).items():
         found = recordings(change, readings.linear)
         readings.slopes[readings.parameters.index(path)] = [one.samples for one in found.values()]
@@ -154,14 +156,17 @@ def _by_its_place(sensor: Sensor, spacing: float | None) -> Sensor:
 
 def _of_sensor(readings: _Readings, path: str) -> tuple[int, str, float] | None:
     """Return a sensor's number, its field and what stands there; None for a path of the scenario's own."""
-    if not path.startswith(f"{OF_SENSORS}."):
+    if not path.startswith(OF_SENSORS):
         return None
-    rest = path.removeprefix(f"{OF_SENSORS}.")
+    rest = path.removeprefix(OF_SENSORS)
     for row, (name, sensor) in enumerate(readings.sensors.items()):
         field = rest.removeprefix(f"{name}.")
         if field == rest:
             continue
-        _, _, value = held_at(sensor, field)
+        try:
+            _, _, value = held_at(sensor, field)
+        except InputError as error:
+            raise error.within(f"{OF_SENSORS}{name}") from None
         if isinstance(value, bool) or not isinstance(value, float):
             raise InputError("", path, value_text(value), "a field that holds a quantity")
         return row, field, value
@@ -175,6 +180,8 @@ def _differentiate_sensor(readings: _Readings, number: int) -> None:
     assert asked is not None
     row, field, value = asked
     sensor = [*readings.sensors.values()][row]
+    if isinstance(sensor, AtSeat) and field == "x":
+        raise InputError("", path, "the place of a seat, which stays where it is", "another field")
     begin = value - NEAR if field in sensor.place_words.split() else 0.0
 
     def beside(number: float) -> FloatArray:
