@@ -14,7 +14,7 @@ TRACK = wt.tracks.Ballasted.named("rolland_Nordborg", bays=40, cutoff=1500.0)
 WHEEL = wt.Wheelset(mass=1200.0, load=90e3, stiffness=1e6, damping=3e4, radius=0.46)
 STRIKE = wt.Scenario(
     vehicle=WHEEL, track=TRACK, contact=wt.Hertz(constant=1.8e11), speed=20.0, duration=0.06, rolling="circle",
-    irregularity=wt.WheelFlat(length=0.04, position=0.5, repeat=False),
+    irregularity=wt.WheelFlat(length=0.04, position=0.5037, repeat=False),
 )  # fmt: skip
 BUMP = STRIKE.replaced({
     "track": wt.StiffTrack(), "rolling": "point", "speed": 11.0, "duration": 0.05,
@@ -81,14 +81,14 @@ def test_a_linear_wheel_on_a_sinusoid_has_the_derivatives_of_its_transfer_functi
         omega = 2.0 * np.pi * V / length
         spring = k + 1j * omega * c - m * omega**2
         wave = a * np.exp(1j * (omega * t - 2.0 * np.pi * start / length)) / (K + spring)
-        weight = 8e4 + m * 9.81
-        return np.array([1.1 * (weight + (K * spring * wave).imag) / 2.0, (-(omega**2) * K * wave).imag])
+        mean = (8e4 + m * 9.81) * K / (K + k)  # the spring is not stretched where the wheel touches first
+        return np.array([1.1 * (mean + (K * spring * wave).imag) / 2.0, (-(omega**2) * K * wave).imag])
 
     names = {
         "vehicle.mass": "m", "vehicle.damping": "c", "vehicle.stiffness": "k", "contact.stiffness": "K", "speed": "V",
         "irregularity.0.amplitude": "a", "irregularity.0.wavelength": "length", "irregularity.0.start": "start",
     }  # fmt: skip
-    found = wt.gradient(scene, sensors, [*names, "sensors.force.gain"])
+    found = wt.gradient(scene, sensors, [*names, "sensors.force.gain"], method="strict")
     late = found.time.values > 0.4
     t, held = found.time.values[late], dict(zip(names.values(), found.value.values[:-1], strict=True))
     plain = readings(t)
@@ -97,7 +97,7 @@ def test_a_linear_wheel_on_a_sinusoid_has_the_derivatives_of_its_transfer_functi
             found[one.name].values[late], plain[row], rtol=0, atol=1e-9 * np.abs(plain[row]).max()
         )
     for path, name in names.items():
-        step = 1e-3 * held[name]
+        step = 1e-4 * held[name]
         at = {n: readings(t, **{name: held[name] + n * step}) for n in range(-3, 4)}
         weights = {1: 45.0, 2: -9.0, 3: 1.0}
         exact = sum(weight * (at[n] - at[-n]) for n, weight in weights.items()) / (60.0 * step)
@@ -211,7 +211,7 @@ def test_low_passed_readings_have_the_low_passed_derivatives(path):
         sosfiltfilt(sections, one, axis=1)
         for one in (slopes_of(found, sensors, path), differences(STRIKE, sensors, path, 3e-6))
     )
-    assert relative(own, other).max() < 3e-6
+    assert relative(own, other).max() < (1e-6 if path.startswith("track") else 3e-8)
 
 
 @pytest.mark.parametrize(
@@ -312,8 +312,8 @@ def test_half_a_coach_has_the_derivatives_of_a_bogie():
     load = float(wt.simulate(coach).static_forces[0].sum())
     bogie = wt.Scenario(vehicle=wt.vehicles.Bogie(wheel_load=load, **NUMBERS), **common)
     sensors = [
-        wt.sensors.ContactForce(name="length", side="left", x1=0.02, x2=0.5, rate=RATE),
-        wt.sensors.AxleBoxAcceleration(name="box", side="left", rate=RATE),
+        wt.sensors.ContactForce(name="both", side="left", x1=-3.0, x2=0.7, rate=RATE),
+        wt.sensors.ContactForce(name="front", side="left", x1=0.02, x2=0.5, rate=RATE),
     ]
     paths = ["speed", "irregularity.0.amplitude"]
     own, exact = wt.gradient(coach, sensors, paths), wt.gradient(bogie, sensors, paths, method="strict")
