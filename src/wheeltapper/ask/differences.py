@@ -74,7 +74,7 @@ class _Quotients(NamedTuple):
     bend: FloatArray
 
 
-def slope_at(beside: Beside, here: FloatArray, at: float) -> Slope:
+def slope_at(beside: Beside, here: FloatArray, at: float, rows: bool = False) -> Slope:
     """Return the derivative of values with respect to a number.
 
     Parameters
@@ -86,6 +86,8 @@ def slope_at(beside: Beside, here: FloatArray, at: float) -> Slope:
         The values at the number.
     at
         The number.
+    rows
+        Whether values along the last axis are of one kind: errors then count over the largest of them.
 
     Returns
     -------
@@ -99,7 +101,7 @@ def slope_at(beside: Beside, here: FloatArray, at: float) -> Slope:
         none = np.full(here.shape, np.nan)
         return Slope(none, none.copy(), np.zeros(here.shape, dtype=bool), stencil.refusal)
     scatter = 0.5 * np.abs(tiny.bend) * tiny.step + LEAST_SCATTER * np.abs(here)
-    base, rows, before = 2.0 if stencil.is_one_sided else 4.0, [[first.slope]], first
+    base, table, before = 2.0 if stencil.is_one_sided else 4.0, [[first.slope]], first
     best, error, corner = first.slope, np.full(here.shape, np.inf), np.zeros(here.shape, dtype=bool)
     for level in range(1, LEVELS + 1):
         found = stencil.quotients(0.5 * before.step)
@@ -109,14 +111,15 @@ def slope_at(beside: Beside, here: FloatArray, at: float) -> Slope:
         least = (SMALLEST_KINK * np.abs(here) + 30.0 * scatter) / found.step
         stays = np.abs(found.bend) > np.maximum(CORNER * np.abs(before.bend), least)
         for k in range(1, level + 1):
-            row.append(row[-1] + (row[-1] - rows[-1][k - 1]) / (base**k - 1.0))
-            wrong = np.maximum(np.abs(row[k] - row[k - 1]), np.abs(row[k] - rows[-1][k - 1])) + noise
+            row.append(row[-1] + (row[-1] - table[-1][k - 1]) / (base**k - 1.0))
+            wrong = np.maximum(np.abs(row[k] - row[k - 1]), np.abs(row[k] - table[-1][k - 1])) + noise
             better = wrong < error
             best, error = np.where(better, row[k], best), np.where(better, wrong, error)
             corner = np.where(better, stays & (np.abs(found.bend) > SMALLEST_CORNER * np.abs(row[k])), corner)
-        rows.append(row)
+        table.append(row)
         before = found
-        if level > 1 and np.all((error <= ENOUGH * np.abs(best) + 2.0 * noise) | np.isnan(here)):
+        size = np.nanmax(np.abs(best), axis=-1, keepdims=True, initial=0.0) if rows else np.abs(best)
+        if level > 1 and np.all((error <= ENOUGH * size + 2.0 * noise) | np.isnan(here)):
             break
     unknown = corner | ~np.isfinite(error)
     return Slope(np.where(unknown, np.nan, best), np.where(unknown, np.nan, error), corner)

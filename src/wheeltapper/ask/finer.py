@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -14,7 +14,6 @@ from wheeltapper.record.record import Record
 
 if TYPE_CHECKING:
     from wheeltapper.describe.scenario import Scenario
-    from wheeltapper.record.features import Feature
 
 FloatArray = NDArray[np.float64]
 
@@ -25,7 +24,7 @@ class FinerRun(NamedTuple):
     Attributes
     ----------
     values
-        (features, ...wheels).
+        What was asked of its record.
     happened
         The same where the same happens in the same order.
     lowered, march
@@ -38,15 +37,14 @@ class FinerRun(NamedTuple):
     march: Any
 
 
-def finer_run(scenario: Scenario, features: Sequence[Feature]) -> FinerRun:
-    """Make a finer run than a strict one, and read features of it."""
+def finer_run(scenario: Scenario, read: Callable[[Record], FloatArray]) -> FinerRun:
+    """Make a finer run than a strict one, and read its record."""
     lowered = lowered_scenario(scenario, "strict").finer()
     march = run.march(lowered.program)
     record = Record(lowered, "strict", march)
     happened = [np.array([march.status]), *march.happened()]
     return FinerRun(
-        np.array([feature(record).values for feature in features]),
-        b"|".join(np.ascontiguousarray(part).tobytes() for part in happened), lowered, march,
+        read(record), b"|".join(np.ascontiguousarray(part).tobytes() for part in happened), lowered, march,
     )  # fmt: skip
 
 

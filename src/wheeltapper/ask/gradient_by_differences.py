@@ -25,6 +25,7 @@ from wheeltapper.record.simulate import side_by_side
 if TYPE_CHECKING:
     from wheeltapper.ask.study import Study
     from wheeltapper.record.features import Feature
+    from wheeltapper.record.record import Record
 
 FloatArray = NDArray[np.float64]
 OTHER_ORDER = (
@@ -48,10 +49,14 @@ def gradient_by_differences(
     }
     smooth = tuple(feature for feature in asked.features if feature.differentiable)
     rows = [row for row, feature in enumerate(asked.features) if feature.differentiable]
+
+    def read(record: Record) -> FloatArray:
+        return np.array([feature(record).values for feature in smooth])
+
     bases, missing = dict[int, FinerRun](), list[tuple[int, int, str, int]]()
 
     def begin(cell: int) -> None:
-        bases[cell] = finer_run(scenarios[cell], smooth)
+        bases[cell] = finer_run(scenarios[cell], read)
         gentlest, growth[cell] = gentlest_and_growth(bases[cell])
         trust[cell] = status_of.trust_of(gentlest, growth[cell], asked.chaos_limit)
 
@@ -60,7 +65,7 @@ def gradient_by_differences(
         base, path = bases[cell], asked.gradient[number]
 
         def beside(value: float) -> FloatArray | None:
-            found = finer_run(scenarios[cell].replaced({path: value}), smooth)
+            found = finer_run(scenarios[cell].replaced({path: value}), read)
             return found.values if found.happened == base.happened else None
 
         slope = slope_at(beside, base.values, float(Fields(scenarios[cell])(path)))

@@ -186,6 +186,14 @@ def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
     return holder, name
 
 
+def check_differentiable(scenario: Scenario, path: str) -> None:
+    """Refuse a path of no continuous field, or of one that chooses the waves of an irregularity."""
+    holder, name = field_at(scenario, path)
+    if name in getattr(holder, "stepwise", ()):
+        found = f"a field that chooses the waves of a {type(holder).__name__}, which has no derivative by it"
+        raise InputError("", path, found, "another field")
+
+
 def unit_of(scenario: Scenario, path: str) -> str:
     """Return the SI unit of a field of a scenario."""
     holder, name = field_at(scenario, path)
@@ -282,16 +290,13 @@ def study_of(
     if side_by_side and len(set(lengths.values())) > 1:
         raise InputError("", "over", f"lists of different lengths {lengths}", "lists of one length where zipped")
     for path in by:
-        holder, name = field_at(scenario, path)
-        if name in getattr(holder, "stepwise", ()):
-            found = f"a field that chooses the waves of a {type(holder).__name__}, which has no derivative by it"
-            raise InputError("", path, found, "another field")
+        check_differentiable(scenario, path)
     if by and not any(feature.differentiable for feature in asked):
         names = ", ".join(feature.name for feature in asked)
         raise InputError("", "features", f"{names}, which has no derivatives", "a feature that is no count or bound")
     check_along(question, scenario, by)
     _check_questions(asked, question, scenario)
-    differ = bool(by) and _has_no_tangents(scenario, by, [axis.path for axis in axes], asked)
+    differ = bool(by) and has_no_tangents(scenario, by, [axis.path for axis in axes], asked)
     return Study(scenario, axes, not side_by_side, asked, method, by, chaos_limit, differ)
 
 
@@ -304,7 +309,7 @@ def _check_questions(features: tuple[Feature, ...], question: run.Question, scen
             raise run.refusal(other, scenario.needs, f"features.{feature.name}")
 
 
-def _has_no_tangents(scenario: Scenario, by: Sequence[str], varied: Sequence[str], features: Sequence[Feature]) -> bool:
+def has_no_tangents(scenario: Scenario, by: Sequence[str], varied: Sequence[str], features: Sequence[Feature]) -> bool:
     """Return whether a field, a feature, or what the scenario holds has no tangents, so that runs are differenced."""
     begun = [path for path in {*by, *varied} if Fields(scenario)(path) == 0.0]
     needs = scenario.needs.union(*(scenario.replaced({path: BESIDE}).needs for path in begun))

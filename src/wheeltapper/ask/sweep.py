@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from wheeltapper.ask.cells import compute_cells
 from wheeltapper.ask.chart import chart_dataset
 from wheeltapper.ask.questions import GRADIENT
+from wheeltapper.ask.reading_gradients import Sensors, are_sensors, reading_gradients
 from wheeltapper.ask.study import CHAOS_LIMIT, Asked, Sampling, field_at, study_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list
@@ -108,22 +109,24 @@ def sweep(
 
 def gradient(
     scenario: Scenario | str | Path,
-    features: Asked,
+    features: Asked | Sensors,
     parameters: Sequence[str],
     *,
     method: str = "default",
     chaos_limit: float = CHAOS_LIMIT,
 ) -> xr.Dataset:
-    """Compute features of one scenario and their derivatives, through all impacts: exact, or by differences.
+    """Compute features of one scenario, or readings of sensors, and their derivatives, through all impacts.
 
     Parameters
     ----------
     scenario
         What to simulate, or the path of its TOML file.
     features
-        From `wheeltapper.features`, or their names.
+        From `wheeltapper.features`, or their names. Or sensors, or a site with sensors, as `Record.recordings` takes
+        them, all of one rate.
     parameters
-        Paths of the continuous fields with respect to which to differentiate.
+        Paths of the continuous fields with respect to which to differentiate. For readings also of sensors' fields, as
+        "sensors.left 1.gain" or "sensors.pad force.x" of one without a name.
     method, chaos_limit
         As for `sweep`.
 
@@ -131,23 +134,36 @@ def gradient(
     -------
     xarray.Dataset
         The variables of `sweep` with gradients, for one cell; of several wheelsets on rails over `wheelset`, of wagons
-        over `wheelset` and `side`; with errors where derivatives are differences.
+        over `wheelset` and `side`; with errors where derivatives are differences. For sensors, over `time`: each
+        reading by its sensor's name, and over `parameter` its `_gradient` at fixed times with its `_gradient_error`,
+        which is zero where the derivative is exact.
 
     Raises
     ------
     InputError
-        If a path names no continuous field, or one that chooses the waves of an irregularity.
+        If a path names no continuous field, or one that chooses the waves of an irregularity; or if sensors differ in
+        their rates, or read nothing of this run.
+
+    Notes
+    -----
+    The reading of a pair of gauges jumps where a wheel passes one of them. If that happens later or earlier, its
+    derivative there is an impulse. The two samples around it share its area, so that a low-pass of the derivative is
+    that of the low-passed reading. Derivatives of accelerations of rails and sleepers grow beyond bounds towards an
+    impact, as the force does not begin smoothly there.
     """
     import numpy as np
 
     scenario = as_scenario(scenario)
     run.choose(GRADIENT, scenario.needs)
     parameters = as_list(parameters, "parameters", 'paths of continuous fields, as ["vehicle.damping"]')
+    asked_for: Any = features
+    if are_sensors(asked_for):
+        return reading_gradients(scenario, asked_for, parameters, method)
     for path in parameters:
         field_at(scenario, path)
     here = {path: [float(Fields(scenario)(path))] for path in parameters}
     asked = study_of(
-        scenario, here, features, gradient=tuple(parameters), zipped=True, method=method, chaos_limit=chaos_limit,
+        scenario, here, asked_for, gradient=tuple(parameters), zipped=True, method=method, chaos_limit=chaos_limit,
         question=GRADIENT,
     )  # fmt: skip
     computed = compute_cells(asked, asked.changed_values(), core_count() if asked.by_differences else 1)

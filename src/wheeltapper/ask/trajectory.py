@@ -29,8 +29,10 @@ class Trajectory(NamedTuple):
     status: int
     force: FloatArray  # (times,)
     deck_acceleration: FloatArray  # (times,); zero on a stiff track
+    wheel_acceleration: FloatArray  # (times,)
     of_force: FloatArray  # (parameters, times): derivatives
     of_deck_acceleration: FloatArray  # (parameters, times)
+    of_wheel_acceleration: FloatArray  # (parameters, times)
     deck_jerk: FloatArray  # (times,): rate of the deck acceleration in time, m/s^3
     largest_force: float
     impacts: int
@@ -44,7 +46,7 @@ def is_derivable(scenario: Scenario) -> bool:
 def trajectory(
     scenario: Scenario, parameters: tuple[str, ...], times: FloatArray, method: str = "default"
 ) -> Trajectory:
-    """Return normal force and deck acceleration with their derivatives.
+    """Return normal force and accelerations of deck and wheel with their derivatives.
 
     Parameters
     ----------
@@ -86,10 +88,11 @@ def trajectory(
     motion = values[:, :, VALUE] + 1j * EPSILON * values[:, :, RATE]
     plain = in_si(program.numbers.astype(complex), units, motion, scaled)
     jerk = plain[1].imag / EPSILON / units.time.item()
-    of = np.array(tangents).reshape(len(parameters), 2, len(times))
+    of = np.array(tangents).reshape(len(parameters), len(plain), len(times)).swapaxes(0, 1)
     peaks = march.peaks[:, contract.PEAK_FORCE].max(initial=0.0) * units.force.item()
     impacts = int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())
-    return Trajectory(march.status, plain[0].real, plain[1].real, of[:, 0], of[:, 1], jerk, float(peaks), impacts)
+    force, deck, wheel = (one.real for one in plain)
+    return Trajectory(march.status, force, deck, wheel, of[0], of[1], of[2], jerk, float(peaks), impacts)
 
 
 def tilted_motion(samples: FloatArray, lane: int, units: Units, scaled: FloatArray) -> NDArray[np.complex128]:
@@ -107,16 +110,28 @@ def tilted_motion(samples: FloatArray, lane: int, units: Units, scaled: FloatArr
 
 def in_si(
     numbers: NDArray[np.complex128], units: Units, motion: NDArray[np.complex128], scaled: FloatArray
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Return force and deck acceleration (zero on a stiff track) in SI units; derivatives are imaginary parts."""
-    from wheeltapper.march.wheel.tangent_samples import FORCE, SAMPLED_DECK_V, SAMPLED_DECK_Y
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]:
+    """Return force, accelerations of deck (zero on a stiff track) and wheel in SI units.
+
+    Derivatives are imaginary parts.
+    """
+    from wheeltapper.march.wheel.tangent_samples import (
+        FORCE,
+        SAMPLED_DECK_V,
+        SAMPLED_DECK_Y,
+        SAMPLED_WHEEL_V,
+        SAMPLED_WHEEL_Y,
+    )
 
     force, height, velocity = (motion[:, row] for row in (FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V))
     length, time, weight = (np.ravel(getattr(units, name))[0] for name in ("length", "time", "force"))
+    springs = numbers[contract.STIFFNESS] * motion[:, SAMPLED_WHEEL_Y]
+    springs = springs + numbers[contract.DAMPING] * motion[:, SAMPLED_WHEEL_V]
+    wheel = (force - 1.0 - springs) * length / time**2
     if numbers[contract.DECK_MASS] == 0.0:
-        return force * weight, np.zeros_like(force)
+        return force * weight, np.zeros_like(force), wheel
     on_deck = (scaled >= numbers[contract.DECK_FROM].real) & (scaled < numbers[contract.DECK_TO].real)
     pull = -numbers[contract.DECK_STIFFNESS] * height - numbers[contract.DECK_DAMPING] * velocity
     pull = pull + np.where(on_deck, numbers[contract.PRESTRESS] - force, 0.0)
     acceleration = pull / numbers[contract.DECK_MASS] * length / time**2
-    return force * weight, acceleration
+    return force * weight, acceleration, wheel

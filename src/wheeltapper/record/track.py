@@ -213,6 +213,9 @@ def _readings(
         for wheel in range(wheels.shape[1]):
             force = shown.force[:, wheel], shown.force_rate[:, wheel], shown.force_bend[:, wheel]
             missed, missed_rate, missed_bend = _missed(place, wheels[:, wheel], speed, force)
+            if shown.moved is not None:
+                faster = _missed_faster(place, wheels[:, wheel], speed, times, [one[:, wheel] for one in shown.moved])
+                missed, missed_rate, missed_bend = missed + faster[0], missed_rate + faster[1], missed_bend + faster[2]
             read += missed + place.lags * missed_rate
             accelerated += missed_bend
         out[:, i, 0] = -read[:, 0]
@@ -256,7 +259,17 @@ def _missed(
 
     `force` is the wheel's, with its two derivatives.
     """
-    here, slope, bend = np.sum([rest.at(wheel) for rest in place.rests], axis=0)
+    here, slope, bend, _ = np.sum([rest.at(wheel) for rest in place.rests], axis=0)
     N, rate = (one[:, None] for one in force[:2])
     accelerated = speed**2 * bend[:, 0] * force[0] + 2.0 * speed * slope[:, 0] * force[1] + here[:, 0] * force[2]
     return here * N, speed * slope * N + here * rate, accelerated
+
+
+def _missed_faster(
+    place: _Place, wheel: FloatArray, speed: float, times: FloatArray, force: list[FloatArray]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the derivatives of what `_missed` returns by the speed, which moves the wheel by its time; forces stay."""
+    _, slope, bend, twist = np.sum([rest.at(wheel) for rest in place.rests], axis=0)
+    N, rate, curve, t = *(one[:, None] for one in force), times[:, None]
+    accelerated = (2.0 * speed * bend + speed**2 * t * twist) * N + 2.0 * (slope + speed * t * bend) * rate
+    return t * slope * N, (slope + speed * t * bend) * N + t * slope * rate, (accelerated + t * slope * curve)[:, 0]

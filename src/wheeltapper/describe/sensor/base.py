@@ -171,6 +171,11 @@ class Sensor(Noun, abstract=True):
         words = (cls.__doc__ or "").partition("\n\n")[0]
         return handler(union_of_nouns(makeable_nouns(cls)).core_schema) | {"description": words}
 
+    @property
+    def linear(self) -> Sensor:
+        """The same sensor without what makes its samples other than linear in what a run shows: this one."""
+        return self
+
     def samples(self, seen: Seen) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return what it would have recorded of a run, in SI units, and which samples are clipped."""
         raise InputError(

@@ -83,6 +83,11 @@ class DeckAcceleration(Sensor):
         """Step of the converter, m/s²; 0 without steps."""
         return 0.0 if self.range is None or self.bits is None else float(2.0 * self.range / 2**self.bits)
 
+    @property
+    def linear(self) -> DeckAcceleration:
+        """The same sensor without offset, drift and converter."""
+        return self.model_copy(update={"offset": 0.0, "drift": 0.0, "range": None, "bits": None})
+
     def spread(self, rate: float) -> float:
         """Return the standard deviation of a sample at a rate, m/s²: that of the noise with that of the steps."""
         return float(np.hypot(self.noise * np.sqrt(0.5 * rate), self.step / np.sqrt(12.0)))

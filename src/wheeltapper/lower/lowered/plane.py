@@ -301,8 +301,8 @@ class LoweredPlane(LoweredScenario):
         system = self.program.system
 
         def at(times: FloatArray, bends: bool) -> list[RailAt]:
-            shown, found = march.at(times), march.modes(times, bends)
-            return [RailAt(found, shown.force, shown.force_rate, shown.force_bend)]
+            shown, found, moved = march.at(times), march.modes(times, bends), march.moved(times)
+            return [RailAt(found, *shown[:3], None if moved is None else moved[:3])]
 
         return RailsBelow(
             ((section_of(self.scenario.track), self.modes),), (self.anomalies,), self.seat,

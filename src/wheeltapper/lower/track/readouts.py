@@ -179,7 +179,7 @@ class Rest(NamedTuple):
     period: float = np.inf
 
     def at(self, where: FloatArray) -> FloatArray:
-        """Return it for unit forces at places, and its first and second derivative by them, (3, positions, readings).
+        """Return it for unit forces at places, and its first three derivatives by them, (4, positions, readings).
 
         At an edge it is that of the piece before.
         """
@@ -187,8 +187,8 @@ class Rest(NamedTuple):
         piece = np.clip(np.searchsorted(self.edges, x, side="left") - 1, 0, len(self.powers) - 1)
         half = 0.5 * np.diff(self.edges)[piece]
         zeta = (x - self.edges[piece]) / half - 1.0
-        held, out = self.powers, np.empty((3, len(x), self.powers.shape[2]))
-        for order in range(3):
+        held, out = self.powers, np.empty((4, len(x), self.powers.shape[2]))
+        for order in range(4):
             powers = zeta[:, None] ** np.arange(held.shape[1]) / half[:, None] ** order
             out[order] = np.einsum("xp,xpr->xr", powers, held[piece])
             held = held[:, 1:] * np.arange(1, held.shape[1])[:, None]

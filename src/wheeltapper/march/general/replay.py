@@ -174,7 +174,7 @@ def _sampled(rows: Parts, step: IntArray, theta: FloatArray, pulls: bool) -> At:
         own, z = index[some], 2.0 * sigma[some] - 1.0
         values = np.asarray(legendre.legvander(z, count), dtype=float)
         coefficients = rows.force[own, :count] @ nodes.transform.T
-        by_sigma = _derivatives(int(count))
+        by_sigma = derivatives_of_legendre(int(count))
         force[some], slope, curve = (
             (coefficients @ np.linalg.matrix_power(by_sigma, order) * values[:, :count]).sum(axis=1)
             for order in range(3)
@@ -482,11 +482,11 @@ def _taken(run: TrackRun, step: int, contact: int) -> ComplexArray:
 
 def _legendre_slopes(theta: FloatArray, count: int) -> FloatArray:
     """Return the derivatives of P_l(2θ - 1) by θ, (times, count)."""
-    return np.asarray(legendre.legvander(2.0 * theta - 1.0, count - 1) @ _derivatives(count).T)
+    return np.asarray(legendre.legvander(2.0 * theta - 1.0, count - 1) @ derivatives_of_legendre(count).T)
 
 
 @cache
-def _derivatives(count: int) -> FloatArray:
+def derivatives_of_legendre(count: int) -> FloatArray:
     """Return the coefficients of the derivatives of P_l(2θ - 1) by θ, (l, degree)."""
     return 2.0 * np.stack([np.append(legendre.legder(one), 0.0)[:count] for one in np.eye(count)])
 

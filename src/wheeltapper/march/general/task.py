@@ -21,6 +21,7 @@ from wheeltapper.march.general.records import Logs
 from wheeltapper.march.general.stepping import MODES_EVERY
 
 if TYPE_CHECKING:
+    from wheeltapper.march.general.changes import Change
     from wheeltapper.march.general.gradients import Tangents
     from wheeltapper.march.general.turned import SystemTurn
 
@@ -214,6 +215,16 @@ class Marched(NamedTuple):
         from wheeltapper.march.general.gradients import tangents
 
         return tangents(self.found, turns)
+
+    def changed(self, turns: list[SystemTurn]) -> list[Change]:
+        """Return how the march changes along some directions, at any fixed time."""
+        from wheeltapper.march.general.changes import changes
+
+        return changes(self.found, self.status, self.end, turns)
+
+    def moved(self, times: FloatArray) -> replay.Replayed | None:
+        """Return what acts where wheels are elsewhere: nothing of a march, whose wheels are where they are."""
+        return None
 
     def impulse_rates(self, rates: Tangents, contact: int) -> FloatArray:
         """Return the derivatives of a contact's impulses from each impact to the next loss, (impacts, directions)."""

@@ -41,7 +41,7 @@ ON_WHEELS = ("vertical_force", "normal_force", "wheel_acceleration", "accelerati
 
 def recordings(record: Record, sensors: Any, seed: int | None = None) -> dict[str, Recording]:
     """Return what sensors would have recorded of a run; see `Record.recordings`."""
-    listed, spacing = _listed(record, sensors)
+    listed, spacing = listed_sensors(record, sensors)
     seed = None if seed is None else as_count(seed, "seed", 0)
     track = record.scenario.track
     if spacing is not None and FLEXIBLE_TRACK in record.scenario.needs and abs(spacing - track.spacing) > SAME_PLACE:
@@ -79,7 +79,7 @@ def _random(name: str, seed: int | None) -> np.random.Generator | None:
     return None if seed is None else np.random.default_rng([seed, crc32(name.encode())])
 
 
-def _listed(record: Record, sensors: Any) -> tuple[dict[str, Sensor], float | None]:
+def listed_sensors(record: Record, sensors: Any) -> tuple[dict[str, Sensor], float | None]:
     """Return sensors by the names of their recordings, and the distance of a site's seats, m.
 
     Of a site those along the track; that of the deck, where there is one, in front.
@@ -154,12 +154,8 @@ class _Run:
     @cached_property
     def forces(self) -> xr.DataArray:
         """Vertical forces of the wheels of one rail, N."""
-        import xarray as xr
-
-        if self.record._contacts.has_sides:
-            return self.wheels["vertical_force"]
-        found = self.record._lowered.forces(self.record._march, self.times)
-        return xr.DataArray(found / float(self.record.scenario.vehicle.plane.rails), dims=("time", "contact"))
+        both = self.record._contacts.has_sides
+        return self.wheels["vertical_force"] if both else wheel_forces(self.record, self.times)
 
     def axle_box_acceleration(self, wheelset: int, side: str | None) -> FloatArray:
         """Return a wheelset's vertical acceleration at an axle box, m/s² upwards; of a wagon z̈ + y·φ̈ (small roll φ)."""
@@ -176,6 +172,16 @@ class _Run:
         found = self.wheels["acceleration"].sel(body=name)
         y = _axle_box_place(self.record.scenario.vehicle.elements, name, side)
         return np.asarray(found.sel(motion="z") + y * found.sel(motion="roll"))
+
+
+def wheel_forces(record: Record, times: FloatArray) -> xr.DataArray:
+    """Return the vertical forces of the wheels of one rail at rising times, N; of a wagon those of both, over side."""
+    import xarray as xr
+
+    if record._contacts.has_sides:
+        return record.at(times)["vertical_force"]
+    found = record._lowered.forces(record._march, times)
+    return xr.DataArray(found / float(record.scenario.vehicle.plane.rails), dims=("time", "contact"))
 
 
 def _axle_box_place(elements: Sequence[Element], wheelset: str, side: str) -> float:

@@ -31,13 +31,15 @@ FORCE_ROWS = np.array([wheel.NORMAL, wheel.NORMAL_RATE])
 class RailAt(NamedTuple):
     """A track at some times: its modes, and forces with two derivatives, SI units.
 
-    These are of the wheelsets, and then of the sleepers over voids, (times, wheelsets and sleepers).
+    These are of the wheelsets, and then of the sleepers over voids, (times, wheelsets and sleepers). Of a change of the
+    speed, `moved` are the forces themselves with their derivatives, whose places move by t.
     """
 
     modes: Modes
     force: FloatArray
     force_rate: FloatArray
     force_bend: FloatArray
+    moved: tuple[FloatArray, FloatArray, FloatArray] | None = None
 
 
 def _with_checkpoints(run: TrackRun) -> TrackRun:
