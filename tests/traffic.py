@@ -12,11 +12,9 @@ from tests.wayside import HERTZ, MASS, RADIUS, SPACING
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis import Recording
 from wheeltapper.diagnosis.gauges.known import known_of
-from wheeltapper.record.assessment.filtering import low_passed
 
 RATE, NOISE, AHEAD, BEYOND = 5e3, 500.0, 4.8, 5.0
 """Hz, N, and how far a run begins before the site's x = 0, whole bays, and goes on behind it, m."""
-FINER = 4
 AXLES = (0.0, 1.8, 9.0, 10.8)
 PAIRS = tuple((SPACING * k + 0.1, SPACING * k + 0.5) for k in range(4))
 UNCERTAIN = {
@@ -43,14 +41,13 @@ def wheel(site, speed, load, seed, rail):
     rough = [wt.irregularities.Spectrum(curve="ISO 3095:2013", wavelengths=(0.022, 0.446), seed=seed)]
     if rail is not None:
         rough.append(wt.irregularities.Spectrum(curve="ISO 3095:2013", wavelengths=(0.022, 0.446), seed=rail))
-    own = {"rate": FINER * RATE}  # a gauge is a point: its step would lie between samples
-    sensors = [one.model_copy(update={"x1": one.x1 + AHEAD, "x2": one.x2 + AHEAD, **own}) for one in site.sensors]
+    sensors = [one.model_copy(update={"x1": one.x1 + AHEAD, "x2": one.x2 + AHEAD}) for one in site.sensors]
     scene = known_of(site).scene.replaced({
         "vehicle.load": load - MASS * 9.81, "speed": speed, "duration": (AHEAD + BEYOND) / speed,
         "irregularity": rough, "track.first_sleeper": 0.0,
     })  # fmt: skip
     found = wt.simulate(scene).recordings(sensors)
-    return np.stack([low_passed(one.samples, FINER * RATE, 0.4 * RATE)[::FINER] for one in found.values()])
+    return np.stack([one.samples for one in found.values()])
 
 
 def train(site, speed, loads, seed, rail=None, gains=1.0, axles=AXLES):

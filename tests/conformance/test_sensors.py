@@ -150,7 +150,9 @@ def test_a_gain_scales_what_it_reads_and_a_sensitivity_what_the_file_holds(name,
     volts = plain / 250.0
     (tmp_path / "volts.csv").write_text("it [V]\n" + "\n".join(map(repr, volts.tolist())), encoding="utf-8")
     sensor = made(name, unit=f"250 {unit}/V", rate=8e3)
-    np.testing.assert_allclose(read_channels(tmp_path / "volts.csv", site_of(sensor))["it"].samples, plain, rtol=1e-12)
+    np.testing.assert_allclose(
+        read_channels(tmp_path / "volts.csv", site_of(sensor))["it"].samples, plain, 1e-12, 1e-300
+    )
     other = "kN" if unit == "m/s^2" else "m/s^2"
     with pytest.raises(wt.InputError, match=rf"^unit: found '{re.escape(other)}' of a "):
         made(name, unit=other)
@@ -402,6 +404,22 @@ def test_noise_is_drawn_for_each_sensor_by_itself(runs):
 def test_a_filter_beyond_what_is_sampled_is_refused():
     with pytest.raises(wt.InputError, match=r"^cutoff: found 8000 Hz; allowed: less than 8000 Hz, 4 times its rate"):
         wt.sensors.DeckAcceleration(rate=2e3, cutoff=8e3)
+
+
+@pytest.mark.parametrize("name", [*TRACK, *VEHICLE])
+def test_the_filter_of_its_recorder_is_one_of_its_fields(name, tmp_path):
+    assert made(name).cutoff(5e3) == 2e3
+    assert made(name, anti_alias=False).cutoff(5e3) is None
+    assert made(name, anti_alias="1.5 kHz").cutoff(5e3) == 1500.0
+    assert "anti_alias" not in made(name).model_dump(mode="json")  # files without it remain as they are
+    for wrong, allowed in (("x", "a frequency"), (-3, "above 0 Hz"), (30e3, "less than its rate, 20000 Hz")):
+        with pytest.raises(wt.InputError, match=rf"^anti_alias: found .*; allowed: .*{allowed}"):
+            made(name, anti_alias=wrong)
+    if name in TRACK:
+        site = site_of(made(name, anti_alias="1.5 kHz")), site_of(made(name, anti_alias=False))
+        for number, one in enumerate(site):
+            one.to_toml(tmp_path / f"{number}.toml")
+            assert Site.from_toml(tmp_path / f"{number}.toml") == one
 
 
 def test_what_cannot_be_simulated_is_refused(runs):

@@ -55,7 +55,11 @@ def draw_wheel(figure: Figure, finding: WheelFinding) -> None:
     left.set(ylabel="difference [kN]")
     rate = passing.rate * (len(shown.force) / len(passing.readings))
     force.plot(
-        shown.x, 1e-3 * shown.force, color="0.6", linewidth=0.7, label=f"raw, at most {1e-3 * shown.largest:.0f} kN"
+        way * shown.x,
+        1e-3 * shown.force,
+        color="0.6",
+        linewidth=0.7,
+        label=f"raw, at most {1e-3 * shown.largest:.0f} kN",
     )
     below = low_passed(shown.force, rate, PEAKS)
     label = f"below {PEAKS:g} Hz, at most {1e-3 * shown.below:.0f} kN"

@@ -343,6 +343,7 @@ class Record(Shown):
         dict
             A `Recording` for each sensor, by its name, or its kind if it has none, as `diagnosis.measure_trains` takes
             them; `diagnose` takes that of a deck. Along the track a reading is the true one times the sensor's gain.
+            There and at axle boxes the recorder filters before it samples, as the sensor's `anti_alias` says.
 
         Raises
         ------

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from wheeltapper.describe.sensor.along import AtSeat as AtSeat
     from wheeltapper.describe.sensor.along import BetweenPlaces as BetweenPlaces
     from wheeltapper.describe.sensor.axle_box_acceleration import AxleBoxAcceleration as AxleBoxAcceleration
+    from wheeltapper.describe.sensor.base import FilteredSensor as FilteredSensor
     from wheeltapper.describe.sensor.base import Sensor as Sensor
     from wheeltapper.describe.sensor.contact_force import ContactForce as ContactForce
     from wheeltapper.describe.sensor.deck_acceleration import DeckAcceleration as DeckAcceleration

@@ -10,14 +10,14 @@ from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import Length, Share, Voltage
 from wheeltapper.describe.sensitivity import WRITTEN, Bridge, Quantity, meaning_of
-from wheeltapper.describe.sensor.base import FloatArray, Seen, Sensor
+from wheeltapper.describe.sensor.base import FilteredSensor, FloatArray, Seen
 from wheeltapper.ground.errors import InputError
 
 FARTHEST_SEAT = 1_000_000
 """Largest number of a seat."""
 
 
-class AlongTrack(Sensor, abstract=True):
+class AlongTrack(FilteredSensor, abstract=True):
     """A sensor along the track, on one rail or on both.
 
     Parameters
@@ -81,11 +81,16 @@ class AlongTrack(Sensor, abstract=True):
 
     def samples(self, seen: Seen) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return what it would have recorded of a run, in SI units; no sample is clipped."""
-        values = self.gain * np.asarray(self.true_values(seen), dtype=float)
+        values = self.gain * seen.behind_filter(self._checked_values, self.cutoff(self.rate))
+        return values, np.zeros(len(values), dtype=bool)
+
+    def _checked_values(self, seen: Seen) -> FloatArray:
+        """Return the `true_values`, of which there must be as many as times."""
+        values = np.asarray(self.true_values(seen), dtype=float)
         if values.shape != seen.times.shape:
             found = f"values of a {self.kind} in the shape {values.shape}"
             raise InputError("", "true_values", found, f"one for each of the {len(seen.times)} times")
-        return values, np.zeros(len(values), dtype=bool)
+        return values
 
 
 class BetweenPlaces(AlongTrack, abstract=True):

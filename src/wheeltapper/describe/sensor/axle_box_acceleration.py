@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from wheeltapper.describe.sensitivity import Quantity
-from wheeltapper.describe.sensor.base import FloatArray, Seen, Sensor
+from wheeltapper.describe.sensor.base import FilteredSensor, FloatArray, Seen
 
 LAST = 1_000_000
 """Largest number of a wheelset."""
 
 
-class AxleBoxAcceleration(Sensor):
+class AxleBoxAcceleration(FilteredSensor):
     """The vertical acceleration of a wheelset at its axle box, m/s², upwards.
 
     It is that of the motion; gravity, which some accelerometers show, is not in it. The sensor is on the vehicle of a
@@ -38,5 +38,5 @@ class AxleBoxAcceleration(Sensor):
 
     def samples(self, seen: Seen) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return what it would have recorded of a run, m/s²; no sample is clipped."""
-        values = np.asarray(seen.axle_box_acceleration(self.wheelset), dtype=float)
+        values = seen.behind_filter(lambda one: one.axle_box_acceleration(self.wheelset), self.cutoff(self.rate))
         return values, np.zeros(len(values), dtype=bool)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Final, Protocol, Self, get_args
+from collections.abc import Callable
+from math import isfinite
+from typing import Annotated, Any, ClassVar, Final, Protocol, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import GetJsonSchemaHandler, ModelWrapValidatorHandler, model_validator
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, ModelWrapValidatorHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
@@ -15,9 +17,13 @@ from wheeltapper.describe.noun import Frequency, Noun
 from wheeltapper.describe.registry import is_abstract, makeable_nouns
 from wheeltapper.describe.sensitivity import QUANTITIES, Quantity
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
+from wheeltapper.ground.quantities import to_si
 
 FloatArray = NDArray[np.float64]
 DECK: Final = "deck acceleration"
+ANTI_ALIAS = 0.4
+"""Cut-off of a recorder's filter over its rate, where it is not stated: usual converters keep what is below 0.4 to 0.45
+of it."""
 
 
 class Seen(Protocol):
@@ -46,6 +52,14 @@ class Seen(Protocol):
 
     def white_noise(self, count: int) -> FloatArray:
         """Return samples of white noise of unit variance; zeros if none is wanted."""
+        ...
+
+    def behind_filter(self, read: Callable[[Seen], FloatArray], cutoff: float | None) -> FloatArray:
+        """Return what `read` gives of a run, (times,), behind the filter of a recorder with this cut-off, Hz.
+
+        `read` is asked for more than the samples, and what it is given has the `times` of these. Without a cut-off its
+        values are the samples.
+        """
         ...
 
 
@@ -181,3 +195,43 @@ class Sensor(Noun, abstract=True):
         raise InputError(
             "", "kind", f"{self.kind!r}, of which nobody says what it reads of a run", "a method `samples`"
         )
+
+
+def _read_filter(value: Any) -> bool | float:
+    """Return whether there is a filter, or its cut-off, Hz."""
+    if isinstance(value, bool):
+        return value
+    cutoff = to_si(value, "frequency")
+    if not (isfinite(cutoff) and cutoff > 0.0):
+        raise InputError("", "", value_text(value), "true, false, or a frequency above 0 Hz")
+    return cutoff
+
+
+class FilteredSensor(Sensor, abstract=True):
+    """A sensor whose recorder filters before it samples.
+
+    Parameters
+    ----------
+    anti_alias
+        The filter before the sampling, of order 8 and without delay: true for one with a cut-off (-3 dB) of 0.4 of the
+        rate, false for none, or the cut-off, Hz.
+    """
+
+    written_if_given: ClassVar[tuple[str, ...]] = ("rate", "anti_alias")
+    anti_alias: Annotated[
+        bool | float,
+        BeforeValidator(_read_filter, json_schema_input_type=bool | float | str),
+        Field(json_schema_extra={"description": "true, false, or a frequency: a number in Hz, or with a unit"}),
+    ] = True
+
+    @model_validator(mode="after")
+    def _check_filter(self) -> Self:
+        if not isinstance(self.anti_alias, bool) and not self.anti_alias < self.rate:
+            raise InputError("", "anti_alias", f"{self.anti_alias:g} Hz", f"less than its rate, {self.rate:g} Hz")
+        return self
+
+    def cutoff(self, rate: float) -> float | None:
+        """Return the cut-off of the filter of a recorder with so many samples per second, Hz; None without a filter."""
+        if isinstance(self.anti_alias, bool):
+            return ANTI_ALIAS * rate if self.anti_alias else None
+        return self.anti_alias

@@ -169,7 +169,7 @@ class Wheel:
         count = ceil((MODEL_TURNS + 1.1) * self.period * rate)
         nothing, none = np.zeros((count, 1)), np.zeros((count, 1), dtype=bool)
         passing = Passing((), rate, nothing, none, 0.0, self.speed, self.static_force, 0.0)
-        self.runs = Runs(passing, self.known.scene, finer=1)  # its samples are finer than a recorder's
+        self.runs = Runs(passing, self.known.scene)
         self.responses = bare_responses(section_of(self.known.scene.track))
         self.values = values_of(passing, self.known)
         own = {FORCE: self.force_spread, **self.known.spread, GAIN: GAIN_SPREAD}

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from wheeltapper.describe.irregularity.flat import WheelFlat
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor.along import BetweenPlaces
-from wheeltapper.record.assessment.filtering import low_passed
+from wheeltapper.describe.sensor.base import ANTI_ALIAS
+from wheeltapper.record.assessment.filtering import RECORDER_ORDER, oversampled, passed_share, recorded
 from wheeltapper.record.record import Record
 from wheeltapper.record.simulate import simulated_quietly
 
@@ -29,8 +30,6 @@ RUN_IN = 0.08
 """For how long a run begins before the first sample, s: its start at rest has then died away."""
 SAMPLES = 2.5
 """Readings are compared at so many times the cut-off frequency, a second."""
-FINER, ALIASED = 4, 0.4
-"""Forces and readings are computed so many times a sample, and then low-passed at this times the rate."""
 BEYOND, OWN = 1.4, 0.06
 """A wheel is fitted from so far before the first gauge to so far behind the last one, m; what a gauge reads is left out
 while the wheel is so near to it, m."""
@@ -82,8 +81,16 @@ class Passing:
 
     @property
     def highest(self) -> float:
-        """The highest frequency up to which readings can be compared, Hz."""
-        return self.rate / SAMPLES
+        """The cut-off of the recorder's filter, Hz, up to which readings can be compared.
+
+        A recorder that is said to have none is taken to filter as others do.
+        """
+        usual = ANTI_ALIAS * self.rate
+        return min([usual, *(one.cutoff(self.rate) or usual for one in self.sensors)])
+
+    def recorded_share(self, frequencies: FloatArray) -> FloatArray:
+        """Return what the recorder's filter leaves of amplitudes at frequencies, Hz."""
+        return passed_share(frequencies, oversampled(self.rate) * self.rate, self.highest, RECORDER_ORDER)
 
     @property
     def lead(self) -> int:
@@ -120,14 +127,11 @@ class Runs:
         own.
     count
         How many runs there were.
-    finer
-        Forces and readings are computed so many times a sample.
     """
 
     passing: Passing
     scene: Scenario
     count: int = 0
-    finer: int = FINER
     _records: dict[Any, Record] = field(default_factory=dict, repr=False)
     _readings: dict[Any, FloatArray] = field(default_factory=dict, repr=False)
     _forces: dict[Any, FloatArray] = field(default_factory=dict, repr=False)
@@ -169,33 +173,29 @@ class Runs:
         """Return what the sensors would have recorded of a run, N, (samples, sensors); see `forces`."""
         key = shape, tuple(sorted(values.items()))
         if key not in self._readings:
-            begins, rate = self.start(values), self.finer * self.passing.rate
-            moved = {str(number): _moved(one, -begins, number, rate) for number, one in enumerate(self.passing.sensors)}
-            found = self.record(values, shape).recordings(list(moved.values()))
-            whole = self._sampled(np.stack([found[name].samples for name in moved], axis=1))
-            self._readings[key] = whole[self.passing.lead :][: len(self.passing.readings)]
+            begins, passing = self.start(values), self.passing
+            moved = [_moved(one, -begins, number, passing) for number, one in enumerate(passing.sensors)]
+            found = self.record(values, shape).recordings(moved).values()
+            whole = np.stack([one.samples for one in found], axis=1)
+            self._readings[key] = whole[passing.lead :][: len(passing.readings)]
         return self._readings[key]
 
     def forces(self, values: Values, shape: str) -> FloatArray:
         """Return the contact's force in a run, N, at the samples and at those of the run-in before.
 
-        It is what is left below half the rate, as after the filter of a recorder: impacts are shorter than a sample.
+        It is what the filter of the recorder would leave: impacts are shorter than a sample.
         """
         key = shape, tuple(sorted(values.items()))
         if key not in self._forces:
-            samples = self.finer * (self.passing.lead + len(self.passing.readings))
-            times = np.arange(samples) / (self.finer * self.passing.rate)
+            rate, finer = self.passing.rate, oversampled(self.passing.rate)
+            times = np.arange(finer * (self.passing.lead + len(self.passing.readings))) / (finer * rate)
             record = self.record(values, shape)
-            self._forces[key] = self._sampled(record._lowered.forces(record._march, times)[:, 0])
+            fine = record._lowered.forces(record._march, times)[:, 0]
+            self._forces[key] = recorded(fine, rate, self.passing.highest)
         return self._forces[key]
 
-    def _sampled(self, fine: FloatArray) -> FloatArray:
-        """Return values at samples, from those `finer` times as often."""
-        rate = self.passing.rate
-        return low_passed(fine, self.finer * rate, ALIASED * rate, 8)[:: self.finer]
 
-
-def _moved(sensor: BetweenPlaces, by: float, number: int, rate: float) -> BetweenPlaces:
+def _moved(sensor: BetweenPlaces, by: float, number: int, passing: Passing) -> BetweenPlaces:
     """Return a sensor of gain 1 that lies further on, m, under the name of its number."""
-    own = {"name": str(number), "rate": rate, "gain": 1.0}
+    own = {"name": str(number), "rate": passing.rate, "anti_alias": passing.highest, "gain": 1.0}
     return sensor.model_copy(update=own | {"x1": sensor.x1 + by, "x2": sensor.x2 + by})

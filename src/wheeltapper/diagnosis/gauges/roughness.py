@@ -73,7 +73,7 @@ def wave_columns(band: Band, responses: Responses, stiffness: float, mass: float
     frequencies = number * band.passing.speed
     answer = responses.at_places(responses.contact(frequencies, stiffness, mass), x)
     force = answer * np.exp(2j * np.pi * number[:, None] * (x - band.passing.place))
-    force *= band.gain(frequencies)[:, None]
+    force *= (band.gain(frequencies) * band.passing.recorded_share(frequencies))[:, None]
     read = responses.readings(frequencies, x) * force
     return band.taken_of_rows(np.concatenate([read.real, read.imag], axis=1))
 

@@ -19,7 +19,7 @@ from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
 from wheeltapper.diagnosis.finding import HEALTHY
 from wheeltapper.diagnosis.gauges.fit import Fit, Problem, fitted
 from wheeltapper.diagnosis.gauges.known import CONTACT, MASS, RADIUS, Known
-from wheeltapper.diagnosis.gauges.passing import ADVANCE, FINER, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
+from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
 from wheeltapper.diagnosis.gauges.responses import Responses, responses_of
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
 from wheeltapper.diagnosis.gauges.scan import NEEDED, SCREENED, Candidate, Scan, Seen
@@ -45,6 +45,8 @@ OWN_LENGTH = 0.025
 """Standard deviation of a length that is error of the model, over the length."""
 ROUNDS, UNSETTLED = 2, 1.2
 """A fit whose χ² is more than this times the number of readings is made once more, from where it has come to."""
+FINER = 4
+"""Forces that are shown are so many to a sample."""
 SMALLEST = 0.015
 """A flat is at least so long, m: else a wheel counts as healthy."""
 HOPELESS = 600.0

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
+from wheeltapper.describe.sensor.base import ANTI_ALIAS
 from wheeltapper.describe.sensor.rail_shear_force import RailShearForce
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.gauges.finding import WheelFinding
@@ -38,7 +39,7 @@ from wheeltapper.diagnosis.wayside.measured import Measured
 from wheeltapper.diagnosis.wayside.passage import Passage, axles_text
 from wheeltapper.diagnosis.wayside.pulses import Pulses
 from wheeltapper.diagnosis.wayside.wheels import Side
-from wheeltapper.record.assessment.filtering import low_passed
+from wheeltapper.record.assessment.filtering import RECORDER_ORDER, low_passed
 
 FloatArray = NDArray[np.float64]
 REACH = 9.0
@@ -104,7 +105,7 @@ class Rail(NamedTuple):
 
 
 def rails_of(passage: Passage, several: Sequence[Pulses], sides: Sequence[Side], known: Known) -> list[Rail]:
-    """Return the rails of a train that have pairs of gauges of one clock that are fast enough."""
+    """Return the rails of a train that have pairs of gauges of one recorder that is fast enough."""
     out = []
     for side in sides:
         channels = [
@@ -112,8 +113,9 @@ def rails_of(passage: Passage, several: Sequence[Pulses], sides: Sequence[Side],
             if isinstance(one.channel.sensor, RailShearForce) and one.channel.sensor.side == side.side
             and one.channel.sensor.name in side.counted
         ]  # fmt: skip
-        clocks = {(one.rate, one.start, len(one.forces)) for one in channels}
-        if len(clocks) == 1 and channels[0].rate >= LOWEST:
+        recorders = {(one.rate, one.start, len(one.forces), one.sensor.cutoff(one.rate)) for one in channels}
+        kept = min((cutoff or np.inf for *_, cutoff in recorders), default=0.0)
+        if len(recorders) == 1 and channels[0].rate >= LOWEST and kept >= ANTI_ALIAS * LOWEST:
             zeros = [one.zero for one in several if one.channel in channels]
             out.append(_rail(side.side, passage, channels, np.stack(zeros, axis=1), known))
     return out
@@ -123,7 +125,7 @@ def _rail(side: str | None, passage: Passage, channels: Sequence[Channel], zeros
     start, every = channels[0].start, max(1, int(channels[0].rate / RATE))
     rate = channels[0].rate / every
     above = np.stack([one.forces for one in channels], axis=1) - zeros
-    forces = (above if every == 1 else low_passed(above, channels[0].rate, 0.4 * rate))[::every]
+    forces = (above if every == 1 else low_passed(above, channels[0].rate, ANTI_ALIAS * rate, RECORDER_ORDER))[::every]
     missing = np.stack([one.missing for one in channels], axis=1)
     lost = np.add.reduceat(missing, np.arange(0, len(missing), every), axis=0) > 0
     sensors = [one.sensor for one in channels if isinstance(one.sensor, RailShearForce)]
@@ -370,5 +372,6 @@ def _unfitted(found: Measured, rails: Mapping[str | None, Rail]) -> list[str]:
             "the train does not keep its speed by what was recorded: no model of a wheel at a steady speed is fitted"
         ]
     lost = [side.side or "both rails" for side in found.sides if side.side not in rails]
-    words = f"no model is fitted: no pairs of rail shear gauges of one clock with {LOWEST:g} Hz or more"
+    words = "no model is fitted: no pairs of rail shear gauges of one clock and filter, "
+    words += f"with {LOWEST:g} Hz or more and {ANTI_ALIAS * LOWEST:g} Hz behind the filter"
     return [f"{', '.join(lost)}: {words}"] if lost else []

@@ -26,6 +26,9 @@ LEAST, MOST_PER_PERIOD = 1e-2, 1e7
 SLOWEST = 20e3
 """Samples per second, at least: impacts last about a millisecond, and what is sampled too coarsely folds back."""
 
+RECORDER_ORDER = 8
+"""Of a recorder's filter."""
+
 PADDED = 2.0
 """Settling times of samples that are put before and behind those that are filtered."""
 REMAINS = 0.002
@@ -91,6 +94,17 @@ def passed_share(frequencies: FloatArray, rate: float, cutoff: float, order: int
     """Return what `low_passed` leaves of amplitudes at frequencies, Hz."""
     over = np.tan(np.pi * np.minimum(frequencies / rate, 0.4999)) / tan(pi * cutoff / rate)
     return np.asarray(1.0 / (1.0 + (2.0**0.5 - 1.0) * over**order))
+
+
+def oversampled(rate: float) -> int:
+    """Return how many values to a sample a recorder's filter is given: sampled at its own rate, impacts fold back."""
+    return max(2, ceil(SLOWEST / rate))
+
+
+def recorded(fine: FloatArray, rate: float, cutoff: float) -> FloatArray:
+    """Return what a recorder samples, at a rate, behind its filter, both in Hz, of values `oversampled` as often."""
+    finer = oversampled(rate)
+    return low_passed(fine, finer * rate, cutoff, RECORDER_ORDER)[::finer]
 
 
 def settling_time(cutoff: float, order: int = 4) -> float:

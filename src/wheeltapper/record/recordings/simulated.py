@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.sensor.along import FARTHEST_SEAT, AlongTrack, AtSeat
-from wheeltapper.describe.sensor.base import Sensor
+from wheeltapper.describe.sensor.base import FilteredSensor, Seen, Sensor
 from wheeltapper.describe.site import Site, as_any_site
 from wheeltapper.describe.vehicle.element import Element, Spring
 from wheeltapper.ground.arguments import as_count, as_list
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import DECK, FLEXIBLE_TRACK
 from wheeltapper.lower import extent
+from wheeltapper.record.assessment.filtering import oversampled, recorded
 from wheeltapper.record.recordings.recording import Recording
 from wheeltapper.record.track import track
 
@@ -50,7 +51,9 @@ def recordings(record: Record, sensors: Any, seed: int | None = None) -> dict[st
     for rate in dict.fromkeys(sensor.rate for sensor in listed.values()):
         own = {name: sensor for name, sensor in listed.items() if sensor.rate == rate}
         along = [sensor for sensor in own.values() if isinstance(sensor, AlongTrack)]
-        extent.check_samples("rate", f"{rate:g} per second", record.end * rate + 1.0, COLUMNS)
+        filtered = any(isinstance(sensor, FilteredSensor) and sensor.anti_alias for sensor in own.values())
+        most = oversampled(rate) * rate if filtered else rate
+        extent.check_samples("rate", f"{rate:g} per second", record.end * most + 1.0, COLUMNS)
         run = _Run(record, float(rate), along, spacing)
         for name, sensor in own.items():
             with _named(name, len(listed) > 1):
@@ -116,6 +119,11 @@ class _Run:
     def times(self) -> FloatArray:
         """Of the samples, s."""
         return np.arange(int(np.floor(self.record.end * self.rate * (1.0 + 1e-12))) + 1) / self.rate
+
+    @cached_property
+    def finer(self) -> _Run:
+        """The same run as a recorder's filter takes it."""
+        return _Run(self.record, oversampled(self.rate) * self.rate, self.along, self.spacing)
 
     def seat_of(self, sensor: AtSeat) -> int:
         """Return the number of the seat at which a sensor is; a site counts seats from x = 0, a run from its first."""
@@ -250,3 +258,10 @@ class _SeenBy:
     def white_noise(self, count: int) -> FloatArray:
         """Return samples of white noise of unit variance; zeros without a seed."""
         return np.zeros(count) if self._random is None else self._random.standard_normal(count)
+
+    def behind_filter(self, read: Callable[[Seen], FloatArray], cutoff: float | None) -> FloatArray:
+        """Return what `read` gives of a run, (times,), behind the filter of a recorder with this cut-off, Hz."""
+        if cutoff is None:
+            return np.asarray(read(self), dtype=float)
+        fine = read(_SeenBy(self._run.finer, self._sensor, self._random))
+        return recorded(np.asarray(fine, dtype=float), self._run.rate, cutoff)
