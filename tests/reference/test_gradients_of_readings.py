@@ -26,15 +26,15 @@ DECK = wt.FloatingDeck(mass=9e3, stiffness=2e7, damping=4e4)
 def along_track(rate=RATE):
     """Return a sensor of each kind along rails."""
     return [
-        wt.sensors.RailShearForce(name="pair", x1=0.45, x2=0.8, gain=1.07, rate=rate),
-        wt.sensors.ContactForce(name="length", x1=0.45, x2=0.8, rate=rate),
-        wt.sensors.PadForce(name="pad", seat=1, rate=rate),
-        wt.sensors.SleeperForce(name="ballast", seat=1, rate=rate),
-        wt.sensors.SleeperDisplacement(name="sleeper", seat=1, rate=rate),
-        wt.sensors.RailStrain(name="strain", x=0.7, rate=rate),
-        wt.sensors.RailAcceleration(name="rail", x=0.7, rate=rate),
-        wt.sensors.SleeperAcceleration(name="shaken", seat=1, rate=rate),
-        wt.sensors.AxleBoxAcceleration(name="box", rate=rate),
+        wt.sensors.RailShearForce(name="pair", x1=0.45, x2=0.8, gain=1.07, rate=rate, anti_alias=False),
+        wt.sensors.ContactForce(name="length", x1=0.45, x2=0.8, rate=rate, anti_alias=False),
+        wt.sensors.PadForce(name="pad", seat=1, rate=rate, anti_alias=False),
+        wt.sensors.SleeperForce(name="ballast", seat=1, rate=rate, anti_alias=False),
+        wt.sensors.SleeperDisplacement(name="sleeper", seat=1, rate=rate, anti_alias=False),
+        wt.sensors.RailStrain(name="strain", x=0.7, rate=rate, anti_alias=False),
+        wt.sensors.RailAcceleration(name="rail", x=0.7, rate=rate, anti_alias=False),
+        wt.sensors.SleeperAcceleration(name="shaken", seat=1, rate=rate, anti_alias=False),
+        wt.sensors.AxleBoxAcceleration(name="box", rate=rate, anti_alias=False),
     ]
 
 
@@ -73,8 +73,8 @@ def test_a_linear_wheel_on_a_sinusoid_has_the_derivatives_of_its_transfer_functi
         duration=0.6, rolling="point", irregularity=wt.Corrugation(amplitude=a, wavelength=length, start=start),
     )  # fmt: skip
     sensors = [
-        wt.sensors.ContactForce(name="force", x1=-1.0, x2=100.0, gain=1.1, rate=5e3),
-        wt.sensors.AxleBoxAcceleration(name="box", rate=5e3),
+        wt.sensors.ContactForce(name="force", x1=-1.0, x2=100.0, gain=1.1, rate=5e3, anti_alias=False),
+        wt.sensors.AxleBoxAcceleration(name="box", rate=5e3, anti_alias=False),
     ]
 
     def readings(t, m=m, c=c, k=k, K=K, a=a, V=V, length=length, start=start):
@@ -108,11 +108,12 @@ def test_a_linear_wheel_on_a_sinusoid_has_the_derivatives_of_its_transfer_functi
     assert not slopes_of(found, sensors, "sensors.force.gain")[1].any()
 
 
-def test_a_jump_that_comes_earlier_is_an_impulse_which_two_samples_share():
+@pytest.mark.parametrize("anti_alias", [False, True, 3000.0])
+def test_a_jump_that_comes_earlier_is_an_impulse(anti_alias):
     """A wheel that presses with N on a length from x1 to x2: sums with any smooth weight w are ∫w·∂r/∂p dt."""
     x1, x2, gain, speed = 0.1, 0.4, 1.1, 11.0
     scene = BUMP.replaced({"irregularity": None})
-    length = wt.sensors.ContactForce(name="length", x1=x1, x2=x2, gain=gain, rate=RATE)
+    length = wt.sensors.ContactForce(name="length", x1=x1, x2=x2, gain=gain, rate=RATE, anti_alias=anti_alias)
     paths = ["speed", "sensors.length.x1", "sensors.length.x2", "sensors.length.gain"]
     found = wt.gradient(scene, length, paths)
     force = gain * float(wt.simulate(scene).static_force) / 2.0
@@ -122,7 +123,7 @@ def test_a_jump_that_comes_earlier_is_an_impulse_which_two_samples_share():
     exact = [force * (w(t1) * t1 - w(t2) * t2) / speed, -force * w(t1) / speed, force * w(t2) / speed]
     np.testing.assert_allclose(sums[:3], exact, rtol=2e-6)
     inside = np.abs(found.time.values - 0.5 * (t1 + t2)) < 0.4 * (t2 - t1)
-    np.testing.assert_allclose(found.length_gradient.values[3, inside], force / gain, rtol=1e-9)
+    np.testing.assert_allclose(found.length_gradient.values[3, inside], force / gain, rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -237,13 +238,13 @@ def test_low_passed_readings_have_the_low_passed_derivatives(path):
 def test_wheels_and_decks_have_the_derivatives_of_strict_runs(changes, paths):
     scene = BUMP.replaced(changes)
     sensors = [
-        wt.sensors.ContactForce(name="length", x1=0.05, x2=0.4, rate=RATE),
-        wt.sensors.AxleBoxAcceleration(name="box", rate=RATE),
+        wt.sensors.ContactForce(name="length", x1=0.05, x2=0.4, rate=RATE, anti_alias=False),
+        wt.sensors.AxleBoxAcceleration(name="box", rate=RATE, anti_alias=False),
     ]
     if "track" in changes and scene.track == DECK:
         sensors.append(wt.sensors.DeckAcceleration(name="deck", rate=RATE))
     if isinstance(scene.vehicle, wt.vehicles.Bogie):
-        sensors.append(wt.sensors.AxleBoxAcceleration(name="behind", wheelset=2, rate=RATE))
+        sensors.append(wt.sensors.AxleBoxAcceleration(name="behind", wheelset=2, rate=RATE, anti_alias=False))
     found = wt.gradient(scene, sensors, paths, method="strict")
     for path in paths:
         own, other = slopes_of(found, sensors, path), differences(scene, sensors, path, 1e-5)

@@ -2,7 +2,7 @@
 
 Readings are linear in what a run shows. Where its march has tangents, their derivatives are the readings of the run's
 change; elsewhere they are differences of runs. The reading of a pair of gauges jumps where a wheel passes one of them.
-Its derivative there is an impulse, which two samples share, so that sums over time are those of the derivative.
+Its derivative there is an impulse, which two samples share, before the recorder's filter if there is one.
 
 Theory: docs/theory/maps.rst, section 9.7.
 """
@@ -25,13 +25,14 @@ from wheeltapper.describe.paths import held_at
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensitivity import QUANTITIES
 from wheeltapper.describe.sensor.along import AtSeat, BetweenPlaces
-from wheeltapper.describe.sensor.base import Sensor
+from wheeltapper.describe.sensor.base import FilteredSensor, Sensor
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.warned import warn_caller
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march.common.blocks import core_count
 from wheeltapper.record.arguments import check_method
+from wheeltapper.record.assessment.filtering import oversampled, recorded
 from wheeltapper.record.record import Record
 from wheeltapper.record.recordings.simulated import listed_sensors, recordings, wheel_forces
 from wheeltapper.record.simulate import side_by_side, simulated_scenario
@@ -105,11 +106,15 @@ class _Readings:
 
     def add_impulse(self, number: int, row: int, passing: _Passing, later: float) -> None:
         """Add what a reading's jump adds to its derivative: it comes `later`, s, by a parameter's unit."""
-        place = passing.time * self.rate
+        sensor = [*self.sensors.values()][row]
+        cutoff = sensor.cutoff(self.rate) if isinstance(sensor, FilteredSensor) else None
+        finer = 1 if cutoff is None else oversampled(self.rate)
+        impulse = np.zeros(finer * self.samples.shape[1] + 1)
+        place = passing.time * self.rate * finer
         first = int(place)
-        for sample, share in ((first, first + 1.0 - place), (first + 1, place - first)):
-            if sample < self.samples.shape[1]:
-                self.slopes[number, row, sample] -= passing.rise * later * self.rate * share
+        impulse[first : first + 2] = np.array([first + 1.0 - place, place - first]) * self.rate * finer
+        found = impulse[:-1] if cutoff is None else recorded(impulse[:-1], self.rate, cutoff)
+        self.slopes[number, row] -= passing.rise * later * found
 
 
 def reading_gradients(scenario: Scenario, given: Sensors, parameters: Sequence[str], method: str) -> xr.Dataset:

@@ -147,9 +147,9 @@ def gradient(
     Notes
     -----
     The reading of a pair of gauges jumps where a wheel passes one of them. If that happens later or earlier, its
-    derivative there is an impulse. The two samples around it share its area, so that a low-pass of the derivative is
-    that of the low-passed reading. Derivatives of accelerations of rails and sleepers grow beyond bounds towards an
-    impact, as the force does not begin smoothly there.
+    derivative there is an impulse. Two samples share its area, before the recorder's filter if there is one, so that a
+    low-pass of the derivative is that of the low-passed reading. Derivatives of accelerations of rails and sleepers
+    grow beyond bounds towards an impact, as the force does not begin smoothly there.
     """
     import numpy as np
 
