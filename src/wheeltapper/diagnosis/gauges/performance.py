@@ -122,7 +122,7 @@ def assess_gauges(
     """Return how well a site with gauges on a track finds and sizes flats; see `assess`."""
     import xarray as xr
 
-    lengths = _lengths(faults)
+    lengths = lengths_of_flats(faults)
     sizes = sorted({one for several in lengths.values() for one in several})
     paces = [SPEED] if speeds is None else as_quantities(speeds, "speeds", "speed", "one or more speeds")
     loads = [FORCE] if static_forces is None else as_quantities(static_forces, "static_forces", "force", "forces, N")
@@ -180,7 +180,7 @@ def foreseen_of(site: Site, pairs: Sequence[RailShearForce], speed: float, force
     return Foreseen(passing, known_of(site), np.array([max(one.gain_uncertainty, 1e-4) for one in pairs]))
 
 
-def _lengths(faults: Mapping[str, Sizes] | Sequence[str] | None) -> dict[str, list[float]]:
+def lengths_of_flats(faults: Mapping[str, Sizes] | Sequence[str] | None) -> dict[str, list[float]]:
     """Return the lengths of flats that are computed, rising, by the names of faults."""
     given = (
         faults
