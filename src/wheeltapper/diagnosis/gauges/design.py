@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import floor
+from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -57,8 +58,8 @@ CRITERIA: dict[str, Callable[[FloatArray], float]] = {
 """Of the standard deviations of lengths."""
 EVEN = {"every crib": 1, "every second crib": 2, "every third crib": 3}
 """Layouts of the comparison, and how many bays their pairs are apart."""
-MOST = 16
-"""Cribs lie within so many bays."""
+MOST, FARTHEST = 16, 1000
+"""Cribs lie within so many bays, and so many from the first pair at most."""
 ALIKE = 0.9
 """A flat's error of the model counts in readings whose weight it makes smaller than this, over that by noise: others
 would change the criterion by 0.1 %."""
@@ -159,7 +160,7 @@ class GaugeDesign(Shown):
         lines += [row(f"{len(one.cribs)} pairs", one.value, one.with_model) for one in self.front]
         lines += [row(f"read at {rate:g} Hz", *values) for rate, values in self.rates.items()]
         gains = ", ".join(
-            f"{gain:.3g} x {kind} ({self.gains_with_model[kind]:.3g} with model error)"
+            f"{gain:.3f} x {kind} ({self.gains_with_model[kind]:.3f} with model error)"
             for kind, gain in self.gains.items()
         )
         return "\n".join([f"pairs in cribs {', '.join(map(str, self.best.cribs))}: {gains}", *lines])
@@ -202,7 +203,7 @@ class _Asked:
         front = as_list(given["front"], "gauges.front", "numbers of pairs")
         self.front = [as_count(one, "gauges.front", 1, most) for one in front]
         self.flats = [
-            Flat(length, SHAPES[name]) for name, several in lengths_of_flats(given["flats"]).items()
+            Flat(length, SHAPES[name]) for name, several in lengths_of_flats(given["flats"], "gauges.flats").items()
             for length in several
         ]  # fmt: skip
         self.force = as_quantity(given["static_force"], "gauges.static_force", "force")
@@ -393,9 +394,9 @@ class _Wheel:
 def _cribs(given: Any) -> tuple[int, ...]:
     """Return the cribs that may have a pair, rising."""
     what = f"a number of bays, or different numbers of bays within {MOST}"
-    if not isinstance(given, Sequence) or isinstance(given, str):
+    if isinstance(given, Integral):
         return tuple(range(as_count(given, "gauges.cribs", 1, MOST)))
-    found = sorted(as_count(one, "gauges.cribs", -1000, 1000) for one in given)
+    found = sorted(as_count(one, "gauges.cribs", -FARTHEST, FARTHEST) for one in as_list(given, "gauges.cribs", what))
     if not found or len(set(found)) < len(found) or found[-1] - found[0] >= MOST:
         raise InputError("", "gauges.cribs", value_text(given), what)
     return tuple(found)
