@@ -8,7 +8,7 @@ Theory: docs/theory/gauges.rst, section 16.12.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import floor
@@ -153,7 +153,7 @@ class GaugeDesign(Shown):
             return f"{name:26} {1e3 * value:8.3f} {1e3 * with_model:18.3f}"
 
         lines = [
-            f"{'± mm, ' + self.criterion:26} {'gauges':>8} {'with model error':>18}",
+            f"{'sd mm, ' + self.criterion:26} {'gauges':>8} {'with model error':>18}",
             row(f"designed, {len(self.best.cribs)} pairs", self.best.value, self.best.with_model),
             *(row(one.kind, one.value, one.with_model) for one in self.even),
         ]
@@ -253,6 +253,10 @@ class _Asked:
         return out
 
 
+def _best(layouts: Iterable[GaugeLayout]) -> GaugeLayout:
+    return min(layouts, key=lambda one: one.value)
+
+
 class _Judge:
     """The criterion of layouts, and the search for the best one."""
 
@@ -281,17 +285,17 @@ class _Judge:
 
         It begins with the best of those at equal distances and of those with pairs more than a `smaller` one.
         """
-        starts = [*self.asked.even(number).values(), self.asked.cribs[:number]]
-        best = self._better([self.layout(one) for one in starts])
-        while smaller is not None and len(smaller.cribs) < number:
-            smaller = self._better([self.layout((*smaller.cribs, one)) for one in self._free(smaller.cribs)])
-        best = best if smaller is None else self._better([best, smaller])
+        best = _best(self.layout(one) for one in (*self.asked.even(number).values(), self.asked.cribs[:number]))
+        if smaller is not None:
+            while len(smaller.cribs) < number:
+                smaller = _best(self.layout((*smaller.cribs, one)) for one in self._free(smaller.cribs))
+            best = _best([best, smaller])
         while True:
             before = best
             for crib in before.cribs:
                 if crib in best.cribs:
                     rest = [one for one in best.cribs if one != crib]
-                    best = self._better([best, *(self.layout((*rest, one)) for one in self._free(best.cribs))])
+                    best = _best([best, *(self.layout((*rest, one)) for one in self._free(best.cribs))])
             if best.cribs == before.cribs:
                 return best
 
@@ -311,18 +315,14 @@ class _Judge:
     def _free(self, cribs: Sequence[int]) -> list[int]:
         return [one for one in self.asked.cribs if one not in cribs]
 
-    @staticmethod
-    def _better(layouts: Sequence[GaugeLayout]) -> GaugeLayout:
-        return min(layouts, key=lambda one: one.value)
-
 
 class _Part(NamedTuple):
-    """What readings of one crib add to sums, over the noise: of roughness R and of derivatives J, at all places."""
+    """What readings of one crib add to sums: of roughness R and derivatives J over the noise, with weights w."""
 
+    rows: slice  # of the crib's readings
     rough: FloatArray  # Rᵀ·R, (waves, waves)
     tied: FloatArray  # Rᵀ·w·J, (waves, places, columns)
     own: FloatArray  # Jᵀ·w·J, (places, columns, columns)
-    weighed: list[FloatArray]  # of each place rows √(1 - w)·R whose weight w is less than one, (rows, waves)
 
 
 class _Wheel:
@@ -331,10 +331,10 @@ class _Wheel:
     def __init__(self, seen: Foreseen, flat: Flat) -> None:
         told, self._length = seen.sensitivity(flat, PLACES), flat.length
         band = told.problem.band
-        samples, ends = len(band.picked), np.cumsum(band.counts)[:-1]
-        along = band.taken(np.repeat(np.linspace(-1.0, 1.0, samples)[:, None], len(band.counts), axis=1))
-        beside = np.stack([np.broadcast_to(one, told.readings.shape) for one in (
-            told.readings, 1.0, along[:, None])], axis=1)  # fmt: skip
+        ends = np.cumsum(band.counts)[:-1]
+        slope = np.broadcast_to(np.linspace(-1.0, 1.0, len(band.picked))[:, None], band.picked.shape)
+        slopes = np.broadcast_to(band.taken(slope)[:, None], told.readings.shape)
+        beside = np.stack([told.readings, np.ones_like(told.readings), slopes], axis=1)
         free = np.concatenate([told.changes, beside], axis=1) / band.noise
         self._values = told.changes.shape[1]
         weights = (band.noise / told.deviations) ** 2
@@ -366,7 +366,7 @@ class _Wheel:
                 columns = np.r_[0:values, values + 3 * number : values + 3 * number + 3]
                 tied[:, columns] += part.tied[:, place]
                 own[np.ix_(columns, columns)] += part.own[place]
-            less = np.concatenate([part.weighed[place] for part in parts])
+            less = np.concatenate([self._lighter(*one, place) for one in zip(cribs, parts, strict=True)])
             solved = solve_triangular(lower, np.concatenate([less.T, tied], axis=1), lower=True, check_finite=False)
             left, right = solved[:, : len(less)], solved[:, len(less) :]
             across = left.T @ right
@@ -375,17 +375,22 @@ class _Wheel:
             out.append(self._length * float(np.sqrt(covariance_of(curvature, precision)[1][0, 0])))
         return np.array(out)
 
+    def _lighter(self, crib: int, part: _Part, place: int) -> FloatArray:
+        """Return rows √(1 - w)·R of the readings whose weight w is less than one with a flat at a place."""
+        weights = self._weights[crib][part.rows, place]
+        lighter = weights < 1.0
+        return np.asarray(np.sqrt(1.0 - weights[lighter])[:, None] * self._rough[crib][part.rows][lighter])
+
     def _part(self, crib: int, first: float, last: float) -> _Part:
         """Return what a crib adds to sums where readings count while the wheel is between two places, m."""
         key = crib, first, last
         if key not in self._parts:
-            near = (self._x[crib] >= first) & (self._x[crib] <= last)
-            rough, free, weights = self._rough[crib][near], self._free[crib][near], self._weights[crib][near]
-            weighed = weights[:, :, None] * free
+            rows = slice(*np.searchsorted(self._x[crib], (first, last)))
+            rough, free = self._rough[crib][rows], self._free[crib][rows]
+            weighed = self._weights[crib][rows, :, None] * free
             tied = (rough.T @ weighed.reshape(len(rough), -1)).reshape(-1, *free.shape[1:])
             own = np.einsum("rpi,rpj->pij", free, weighed, optimize=True)
-            less = [np.sqrt(1.0 - one[one < 1.0])[:, None] * rough[one < 1.0] for one in weights.T]
-            self._parts[key] = _Part(rough.T @ rough, tied, own, less)
+            self._parts[key] = _Part(rows, rough.T @ rough, tied, own)
             while len(self._parts) > KEPT:
                 self._parts.pop(next(iter(self._parts)))
         return self._parts[key]
