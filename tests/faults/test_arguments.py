@@ -200,7 +200,7 @@ WALK = {
         }.items()
     },
     **{
-        f"design_site, gauges.{name}": (lambda v, name=name: wt.design_site(gauges(), gauges={name: v}), values)
+        f"design_site, gauges, {name}": (lambda v, name=name: wt.design_site(gauges(), rail={name: v}), values)
         for name, values in {
             "number": [0, 13, 1.5, *NOT_NUMBERS], "cribs": [0, 17, [], [0, 0], [0, 16], ["x"], *NOT_LISTS],
             "flats": [{}, [], {"wheel flat": "x"}, *NOT_NAMES], "noise": NOT_NUMBERS,
@@ -208,7 +208,7 @@ WALK = {
             "front": [5, [0], [13], [None]], "rates": [5, ["5 kg"], [0.0], [None]], "numbers": [3],
         }.items()
     },
-    "design_site, gauges": (lambda v: wt.design_site(gauges(), gauges=v), [5, "x", [1], {5: 1}, object()]),
+    "design_site, gauges": (lambda v: wt.design_site(gauges(), rail=v), [5, "x", [1], {5: 1}, object()]),
     "design_site, speeds before gauges": (lambda v: wt.design_site(gauges(), speeds=v), [[], [0.0], ["5 kg"], 5]),
     **{
         f"assess, {name}": (lambda v, name=name: D.assess(site(), **{name: v}), values)

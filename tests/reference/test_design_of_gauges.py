@@ -58,20 +58,21 @@ def test_the_best_of_all_small_layouts_is_found():
 
 
 @pytest.mark.slow
-def test_the_best_of_all_layouts_of_three_pairs_in_ten_cribs_is_found():
+def test_exchange_finds_nearly_the_best_of_all_layouts_of_three_pairs_in_ten_cribs():
+    """It is the third of 120, and 0.25 % above the best."""
     here = judge(10, True)
     best = here.best_layout(3, None)
     tried = len(here.layouts)
     everything = sorted(here.layout(one).value for one in combinations(range(10), 3))
-    assert tried < 0.7 * len(everything)
-    assert best.value == everything[0]
-    assert best.value < 0.98 * everything[len(everything) // 2]
+    assert tried < 0.3 * len(everything)
+    assert best.value <= everything[4]
+    assert best.value < 1.005 * everything[0] < 0.96 * everything[len(everything) // 2]
 
 
 def test_a_designed_site_is_as_good_as_it_is_assessed(tmp_path, capsys, monkeypatch):
     first_pair_alone(uncertainty=FEW).to_toml(tmp_path / "site.toml")
-    gauges = {"number": 2, "cribs": 4, "front": (1,), "rates": ("2500 Hz",), "flats": {"wheel flat": 0.03}}
-    found = wt.design_site(tmp_path / "site.toml", speeds=[20.0], gauges=gauges)
+    rail = {"number": 2, "cribs": 4, "front": (1,), "rates": ("2500 Hz",), "flats": {"wheel flat": 0.03}}
+    found = wt.design_site(tmp_path / "site.toml", speeds=[20.0], rail=rail)
 
     assessed = wt.diagnosis.assess(found.site, {"wheel flat": 0.03}, count=2)
     assert found.best.with_model == pytest.approx(root_mean_square(assessed.chart.deviation), rel=0.01)
@@ -94,7 +95,7 @@ def test_a_designed_site_is_as_good_as_it_is_assessed(tmp_path, capsys, monkeypa
     words = ["--number", "2", "--cribs", "4", "--front", "1", "--rates", "2500 Hz", "--flats", "wheel flat=0.03"]
     files = ["--output", str(tmp_path / "designed.toml"), "--plot", str(tmp_path / "design.svg"), "--speeds", "20"]
     assert main(["design", str(tmp_path / "site.toml"), *words, *files]) == 0
-    assert asked == {"speeds": (20.0,), "rail": None, "gauges": gauges}
+    assert asked == {"speeds": (20.0,), "rail": rail}
     assert str(found) in capsys.readouterr().out
     assert wt.load(tmp_path / "designed.toml") == found.site
     away = [one.x1 - PAIRS[0][0] for one in found.site.sensors]
@@ -145,10 +146,9 @@ def test_six_pairs_are_better_in_every_second_crib_than_in_every_crib():
     ("changed", "given", "said"),
     [
         ({}, {"budget": 50}, "budget: found given, with a site that has a track; allowed: none of it"),
-        ({}, {"rail": {"number": 3}}, "rail: found given, with a site that has a track"),
         ({}, {"number": 3}, "number: found given, with a site that has a track"),
-        ({}, {"gauges": {"pairs": 3}}, "gauges.pairs: found the unknown name 'pairs'"),
-        ({}, {"gauges": {"number": 7, "cribs": 6}}, "gauges.number: found 7; allowed: a whole number, 1 to 6"),
+        ({}, {"rail": {"pairs": 3}}, "rail.pairs: found the unknown name 'pairs'"),
+        ({}, {"rail": {"number": 7, "cribs": 6}}, "rail.number: found 7; allowed: a whole number, 1 to 6"),
         ({"sensors": [], "static_force": 8e4}, {}, "sensor: found no pair of rail shear gauges"),
         ({"track": site().track.model_copy(update={"first_sleeper": 0.3})}, {}, "sensors: found the pair '0' with a"),
         (
@@ -166,5 +166,5 @@ def test_what_cannot_be_asked_of_gauges_is_refused(changed, given, said):
 
 
 def test_a_deck_takes_nothing_of_gauges():
-    with pytest.raises(wt.InputError, match="gauges: found given, with a site that has no track"):
-        wt.design_site("examples/site.toml", gauges={"number": 6})
+    with pytest.raises(wt.InputError, match=r"rail\.cribs: found the unknown name 'cribs'"):
+        wt.design_site("examples/site.toml", rail={"cribs": 6})

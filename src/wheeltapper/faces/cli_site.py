@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -349,6 +350,46 @@ def _parsed_fault(text: str, option: str) -> tuple[str, Any]:
     return name, numbers[0] if len(numbers) == 1 else numbers
 
 
+@dataclass(frozen=True)
+class OnRail:
+    """What may be on a rail that is designed.
+
+    Attributes
+    ----------
+    number
+        Number of features on the rail, by default 2; or of pairs of gauges, by default 6.
+    shapes
+        Shapes that each feature may have: bump, dip, step up, step down; by default bump and dip.
+    largest_force
+        Limit of the contact force, N per wheelset; by default 400 kN.
+    total_length
+        Limit from the first feature's start to the last one's end, m; by default 2 m.
+    cribs
+        Of gauges: so many bays may have a pair, from the first pair's on; by default 12.
+    flats
+        Of gauges: flats with a length, m; by default "wheel flat=0.03".
+    static_force
+        Of gauges: that of a wheel, by default "80 kN".
+    noise
+        Of gauges: standard deviation of a sample, by default "0.5 kN".
+    front
+        Of gauges: other numbers of pairs that are designed, too.
+    rates
+        Of gauges: other sample rates at which the pairs found are judged: "2 kHz" "10 kHz".
+    """
+
+    number: int | None = None
+    shapes: Annotated[tuple[str, ...] | None, SEVERAL] = None
+    largest_force: float | None = None
+    total_length: float | None = None
+    cribs: int | None = None
+    flats: Annotated[tuple[str, ...] | None, SEVERAL] = None
+    static_force: str | None = None
+    noise: str | None = None
+    front: Annotated[tuple[int, ...] | None, SEVERAL] = None
+    rates: Annotated[tuple[str, ...] | None, SEVERAL] = None
+
+
 def design(
     site: Path,
     *,
@@ -356,19 +397,10 @@ def design(
     plot: Path | None = None,
     parameters: Annotated[tuple[str, ...] | None, SEVERAL] = None,
     speeds: Annotated[tuple[float, ...] | None, SEVERAL] = None,
-    number: int | None = None,
-    shapes: Annotated[tuple[str, ...] | None, SEVERAL] = None,
-    largest_force: float | None = None,
-    total_length: float | None = None,
+    rail: Annotated[OnRail | None, Parameter(name="*")] = None,
     criterion: Literal["determinant", "worst interval", "root mean square", "90 % quantile"] | None = None,
     budget: int | None = None,
     seed: int | None = None,
-    cribs: int | None = None,
-    flats: Annotated[tuple[str, ...] | None, SEVERAL] = None,
-    static_force: str | None = None,
-    noise: str | None = None,
-    front: Annotated[tuple[int, ...] | None, SEVERAL] = None,
-    rates: Annotated[tuple[str, ...] | None, SEVERAL] = None,
 ) -> int:
     """Find the irregularity over a deck that gives most information, under limits; or the best places of gauges.
 
@@ -384,57 +416,37 @@ def design(
         Fields in question, over a deck; by default "vehicle.mass" and "vehicle.damping".
     speeds
         Speeds of the passages, m/s; by default 6, 9 and 12 over a deck, 20 before gauges.
-    number
-        Number of features on the rail, by default 2; or of pairs of gauges, by default 6.
-    shapes
-        Shapes that each feature may have: bump, dip, step up, step down; by default bump and dip.
-    largest_force
-        Limit of the contact force, N per wheelset; by default 400 kN.
-    total_length
-        Limit from the first feature's start to the last one's end, m; by default 2 m.
+    rail
+        What may be on the rail.
     criterion
         Over a deck: determinant of the marginal information, or worst interval of a parameter. Before gauges: root mean
         square, or 90 % quantile, of the standard deviations of the length. By default the first one of each.
     budget
-        Approximate number of rails that are judged; by default 2000.
+        Approximate number of rails that are judged, over a deck; by default 2000.
     seed
         Seed of the random numbers, over a deck.
-    cribs
-        Of gauges: so many bays may have a pair, from the first pair's on; by default 12.
-    flats
-        Of gauges: flats with a length, m; by default "wheel flat=0.03".
-    static_force, noise
-        Of gauges: that of a wheel, and the standard deviation of a sample; by default "80 kN" and "0.5 kN".
-    front
-        Of gauges: other numbers of pairs that are designed, too.
-    rates
-        Of gauges: other sample rates at which the pairs found are judged: "2 kHz" "10 kHz".
     """
     check_target("--output", output, (".toml",))
     if plot is not None:
         check_target("--plot", plot, PICTURES)
-    several = {"--parameters": parameters, "--speeds": speeds, "--shapes": shapes, "--front": front, "--rates": rates}
-    for option, values in several.items():
-        if values is not None:
-            _check_given(option, values)
+    on_rail = {} if rail is None else _given(**vars(rail))
+    options = _given(parameters=parameters, speeds=speeds, budget=budget, seed=seed)
+    for option, values in (options | on_rail).items():
+        if isinstance(values, tuple):
+            _check_given(f"--{option}", values)
     from wheeltapper.describe.scenario import write_toml
     from wheeltapper.describe.site import as_any_site, as_site
     from wheeltapper.diagnosis.site.design import Interrupted, design_site
 
     place = as_any_site(site)
-    rail = _given(shapes=shapes, largest_force=largest_force, total_length=total_length)
-    gauges = _given(
-        cribs=cribs, flats=_parsed_faults(flats, "--flats"), static_force=static_force, noise=noise, front=front,
-        rates=rates,
-    )  # fmt: skip
-    options = _given(parameters=parameters, speeds=speeds, budget=budget, seed=seed)
+    if "flats" in on_rail:
+        on_rail["flats"] = _parsed_faults(on_rail["flats"], "--flats")
     if place.track is None:
-        place = as_site(site)
-        options |= {"rail": rail | _given(number=number), "gauges": gauges or None} | _given(criterion=criterion)
+        place, options = as_site(site), options | _given(criterion=criterion)
     else:
-        options |= {"rail": rail or None, "gauges": gauges | _given(number=number, criterion=criterion)}
+        on_rail |= _given(criterion=criterion)
     try:
-        found = design_site(place, **options)
+        found = design_site(place, rail=on_rail, **options)
     except Interrupted as stop:
         kept = "nothing was found yet"
         if stop.site is not None:

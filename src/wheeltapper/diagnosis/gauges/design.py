@@ -50,7 +50,7 @@ GAUGES: dict[str, Any] = {
     "number": 6, "cribs": 12, "flats": {"wheel flat": 0.03}, "static_force": FORCE, "noise": NOISE,
     "criterion": "root mean square", "front": (), "rates": (),
 }  # fmt: skip
-"""What gauges that are to be designed may be, if nothing else is said: see `design_site`."""
+"""What pairs of gauges may be on the rail, if nothing else is said: see `design_site`."""
 CRITERIA: dict[str, Callable[[FloatArray], float]] = {
     "root mean square": lambda values: float(np.sqrt((values**2).mean())),
     "90 % quantile": lambda values: float(np.quantile(values, 0.9)),
@@ -167,10 +167,10 @@ class GaugeDesign(Shown):
 
 
 def design_of_gauges(
-    site: Site, speeds: Sequence[float] | None, gauges: Mapping[str, Any] | None, progress: Progress
+    site: Site, speeds: Sequence[float] | None, rail: Mapping[str, Any] | None, progress: Progress
 ) -> GaugeDesign:
     """Return the best places of a site's pairs of gauges; see `design_site`."""
-    asked = _Asked(site, speeds, gauges)
+    asked = _Asked(site, speeds, rail)
     with progress_shown(progress, "layouts"), algebra_on_one_thread():
         judge, front = _Judge(asked), dict[int, GaugeLayout]()
         for number in sorted({asked.number, *asked.front}):
@@ -188,30 +188,30 @@ def design_of_gauges(
 class _Asked:
     """What is asked of a design: checked arguments of `design_site`."""
 
-    def __init__(self, site: Site, speeds: Sequence[float] | None, gauges: Mapping[str, Any] | None) -> None:
-        given = as_table(gauges, "gauges", f"a table over {', '.join(GAUGES)}")
+    def __init__(self, site: Site, speeds: Sequence[float] | None, rail: Mapping[str, Any] | None) -> None:
+        given = as_table(rail, "rail", f"a table over {', '.join(GAUGES)}")
         for name in given:
             if name not in GAUGES:
-                raise InputError("", f"gauges.{name}", f"the unknown name {name!r}", with_suggestion(name, GAUGES))
+                raise InputError("", f"rail.{name}", f"the unknown name {name!r}", with_suggestion(name, GAUGES))
         given = GAUGES | given
         self.sides = {side: pairs[0] for side, pairs in pairs_by_side(site).items()}
         self.site, self.template = site, next(iter(self.sides.values()))
         self.speeds = [SPEED] if speeds is None else as_quantities(speeds, "speeds", "speed", "one or more speeds")
         self.cribs = _cribs(given["cribs"])
         most = len(self.cribs)
-        self.number = as_count(given["number"], "gauges.number", 1, most)
-        front = as_list(given["front"], "gauges.front", "numbers of pairs")
-        self.front = [as_count(one, "gauges.front", 1, most) for one in front]
+        self.number = as_count(given["number"], "rail.number", 1, most)
+        front = as_list(given["front"], "rail.front", "numbers of pairs")
+        self.front = [as_count(one, "rail.front", 1, most) for one in front]
         self.flats = [
-            Flat(length, SHAPES[name]) for name, several in lengths_of_flats(given["flats"], "gauges.flats").items()
+            Flat(length, SHAPES[name]) for name, several in lengths_of_flats(given["flats"], "rail.flats").items()
             for length in several
         ]  # fmt: skip
-        self.force = as_quantity(given["static_force"], "gauges.static_force", "force")
-        self.noise = as_quantity(given["noise"], "gauges.noise", "force")
+        self.force = as_quantity(given["static_force"], "rail.static_force", "force")
+        self.noise = as_quantity(given["noise"], "rail.noise", "force")
         self.criterion: str = given["criterion"]
-        check_choice(self.criterion, "gauges.criterion", CRITERIA)
-        rates = as_list(given["rates"], "gauges.rates", "rates, Hz")
-        self.rates = as_quantities(rates, "gauges.rates", "frequency", "rates, Hz") if rates else []
+        check_choice(self.criterion, "rail.criterion", CRITERIA)
+        rates = as_list(given["rates"], "rail.rates", "rates, Hz")
+        self.rates = as_quantities(rates, "rail.rates", "frequency", "rates, Hz") if rates else []
         self._check_template()
 
     def _check_template(self) -> None:
@@ -400,8 +400,8 @@ def _cribs(given: Any) -> tuple[int, ...]:
     """Return the cribs that may have a pair, rising."""
     what = f"a number of bays, or different numbers of bays within {MOST}"
     if isinstance(given, Integral):
-        return tuple(range(as_count(given, "gauges.cribs", 1, MOST)))
-    found = sorted(as_count(one, "gauges.cribs", -FARTHEST, FARTHEST) for one in as_list(given, "gauges.cribs", what))
+        return tuple(range(as_count(given, "rail.cribs", 1, MOST)))
+    found = sorted(as_count(one, "rail.cribs", -FARTHEST, FARTHEST) for one in as_list(given, "rail.cribs", what))
     if not found or len(set(found)) < len(found) or found[-1] - found[0] >= MOST:
-        raise InputError("", "gauges.cribs", value_text(given), what)
+        raise InputError("", "rail.cribs", value_text(given), what)
     return tuple(found)

@@ -151,7 +151,7 @@ RAIL: dict[str, Any] = {
 SPEEDS = (6.0, 9.0, 12.0)
 """Over a deck, if none are named, m/s."""
 OF_DECK: dict[str, Any] = {
-    "parameters": NAMED, "rail": None, "vary": None, "criterion": "determinant", "one_gauge": False, "trigger": 0.0,
+    "parameters": NAMED, "vary": None, "criterion": "determinant", "one_gauge": False, "trigger": 0.0,
     "budget": 2000, "seed": 0,
 }  # fmt: skip
 """Arguments of `design_site` that say nothing of gauges, and what they are if they are not given."""
@@ -169,7 +169,6 @@ def design_site(
     trigger: float = 0.0,
     budget: int = 2000,
     seed: int = 0,
-    gauges: Mapping[str, Any] | None = None,
     progress: Progress = True,
     **older: Any,
 ) -> Design | GaugeDesign:
@@ -195,6 +194,13 @@ def design_site(
         and of the distance from one start to the next; over features longer than 0.4 m the bogie, whose inertia the
         wheelset's model leaves out, begins to move. "total_length", "largest_force": limits, m and N; the force at
         every speed.
+        Of a site with gauges what pairs may be on it, beside or instead of `gauges.design.GAUGES`. "number": of pairs.
+        "cribs": bays of the track that may have a pair, a number of them from the first pair's on, or a list where the
+        first pair's is 0; they lie within 16 bays. "flats": as the `faults` of `wheeltapper.diagnosis.assess`.
+        "static_force", "noise": of a wheel and of a sample, N. "criterion": "root mean square" or "90 % quantile" of
+        the standard deviations of the length, at 24 places of the circumference, at all speeds, of all flats. "front":
+        other numbers of pairs that are designed, too. "rates": other rates at which the pairs found are judged, Hz,
+        with the same noise of a sample. Other arguments than this and `speeds` are for decks.
     vary
         By path, bounds of other fields that are chosen, too, such as "track.mass". They are also chosen for the layouts
         of the comparison.
@@ -208,14 +214,6 @@ def design_site(
     budget, seed
         Approximate number of layouts that are judged, and the seed of the random numbers: the same seed finds the same
         layout.
-    gauges
-        Of a site with gauges. "number": of pairs. "cribs": bays of the track that may have a pair, a number of them
-        from the first pair's on, or a list where the first pair's is 0; they lie within 16 bays. "flats": as the
-        `faults` of `wheeltapper.diagnosis.assess`. "static_force", "noise": of a wheel and of a sample, N. "criterion"
-        of the standard deviations of the length at 24 places of the circumference, at all speeds, of all flats: "root
-        mean square" or "90 % quantile". "front": other numbers of pairs that are designed, too. "rates": other rates
-        at which the pairs found are judged, Hz, with the same noise of a sample. Of all other arguments only `speeds`
-        is for gauges.
     progress
         As for `wheeltapper.simulate`.
     older
@@ -235,17 +233,15 @@ def design_site(
     """
     place = as_any_site(site)
     if place.track is not None:
-        of_deck = (parameters, rail, vary, criterion, one_gauge, trigger, budget, seed)
+        of_deck = (parameters, vary, criterion, one_gauge, trigger, budget, seed)
         given = {name: one for (name, usual), one in zip(OF_DECK.items(), of_deck, strict=True) if one != usual}
         for name in (*given, *older):
             raise InputError("", name, "given, with a site that has a track", "none of it")
         warn_of(site_notes(place))
         try:
-            return design_of_gauges(place, None if speeds is SPEEDS else speeds, gauges, progress)
+            return design_of_gauges(place, None if speeds is SPEEDS else speeds, rail, progress)
         except KeyboardInterrupt as stop:
             raise Interrupted(None) from stop
-    if gauges is not None:
-        raise InputError("", "gauges", "given, with a site that has no track", "none of it")
     site, budget, seed = as_site(site), as_count(budget, "budget"), as_count(seed, "seed", 0)
     warn_of(site_notes(site))  # other rails are tried: what the passage never meets now does not matter
     check_choice(criterion, "criterion", ("determinant", "worst interval"))
