@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from tests.looks import flaws
 from wheeltapper.diagnosis.gauges.design import _Asked, _Judge
 from wheeltapper.diagnosis.gauges.foreseen import Flat, Foreseen
 from wheeltapper.diagnosis.gauges.performance import PLACES, foreseen_of
@@ -85,6 +86,8 @@ def test_a_designed_site_is_as_good_as_it_is_assessed(tmp_path, capsys, monkeypa
     chart = found.chart()
     assert chart.instrumented.sum("crib").values.max() == 2
     assert float(chart.value.where(chart.kind == "designed", drop=True).min()) == found.best.value
+
+    assert flaws(wt.plot(found)) == []
 
     def designed(place, **options):
         asked.update(options)

@@ -135,22 +135,24 @@ def draw_gauge_design(design: GaugeDesign) -> Figure:
     figure, (pairs, around, numbers) = panels(3, 9.0)
     shown = [design.best, *design.even]
     for row, one in enumerate(shown):
-        pairs.plot(one.cribs, [row] * len(one.cribs), "s", color=COLOURS[row])
+        pairs.plot(one.cribs, [row] * len(one.cribs), "s", color=COLOURS[row], label=one.kind)
         deviation = np.sqrt((one.deviations**2).mean(axis=0))
         places = np.arange(len(deviation)) / len(deviation)
-        around.plot(places, 1e3 * deviation, ".-", color=COLOURS[row], label=one.kind)
+        around.plot(places, 1e3 * deviation, ".-", color=COLOURS[row])
     cribs = design.chart().crib.values
-    pairs.set(xlabel="crib", xlim=(cribs[0] - 0.5, cribs[-1] + 0.5), ylim=(len(shown) - 0.5, -0.5))
-    pairs.set_yticks(range(len(shown)), [one.kind for one in shown])
+    pairs.set(
+        xlabel="crib [bays from the first pair]", xlim=(cribs[0] - 0.5, cribs[-1] + 0.5), ylim=(len(shown) - 0.5, -0.5)
+    )
+    pairs.yaxis.set_visible(False)
     around.set(xlabel="place on the wheel [share of a turn]", ylabel="sd of the length [mm]", ylim=(0.0, None))
     tried = [(len(one.cribs), 1e3 * one.value) for one in design.candidates]
     numbers.plot(*np.array(tried).T, ".", color="0.75", label="tried")
     found = design.front or (design.best,)
     numbers.plot([len(one.cribs) for one in found], [1e3 * one.value for one in found], "*-", color=RED, label="best")
     most = max(len(one.cribs) for one in design.candidates)
-    numbers.set(xlabel="pairs", xlim=(0.5, most + 0.5), ylabel=f"{design.criterion} [mm]")
+    numbers.set(xlabel="pairs [number]", xlim=(0.5, most + 0.5), ylabel=f"{design.criterion} [mm]")
     numbers.xaxis.get_major_locator().set_params(integer=True)
-    legend_above(around)
+    legend_above(pairs)
     legend_above(numbers)
-    figure.suptitle(str(design).partition("\n")[0], x=0.02, ha="left", fontsize=9)
+    figure.suptitle(str(design).partition(":")[0], x=0.02, ha="left", fontsize=9)
     return figure
