@@ -33,6 +33,12 @@ def coach():
 
 
 @cache
+def gauges(**changes):
+    pair = wt.sensors.RailShearForce(**{"name": "pair", "x1": 0.1, "x2": 0.5, "rate": 5e3} | changes)
+    return D.Site(sensors=[pair], track=wt.tracks.Ballasted(), radius=0.46, unsprung_mass=600.0)
+
+
+@cache
 def record():
     return wt.simulate(scene())
 
@@ -193,6 +199,17 @@ WALK = {
             "height": [(1, 2)], "largest_force": NOT_NUMBERS,
         }.items()
     },
+    **{
+        f"design_site, gauges, {name}": (lambda v, name=name: wt.design_site(gauges(), rail={name: v}), values)
+        for name, values in {
+            "number": [0, 13, 1.5, *NOT_NUMBERS], "cribs": [0, 17, [], [0, 0], [0, 16], ["x"], *NOT_LISTS],
+            "flats": [{}, [], {"wheel flat": "x"}, *NOT_NAMES], "noise": NOT_NUMBERS,
+            "static_force": ["5 kg", 0.0, *NOT_NUMBERS], "criterion": [None, "determinant", *NOT_CHOICES],
+            "front": [5, [0], [13], [None]], "rates": [5, ["5 kg"], [0.0], [None]], "numbers": [3],
+        }.items()
+    },
+    "design_site, gauges": (lambda v: wt.design_site(gauges(), rail=v), [5, "x", [1], {5: 1}, object()]),
+    "design_site, speeds before gauges": (lambda v: wt.design_site(gauges(), speeds=v), [[], [0.0], ["5 kg"], 5]),
     **{
         f"assess, {name}": (lambda v, name=name: D.assess(site(), **{name: v}), values)
         for name, values in {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -310,18 +311,23 @@ def assess(
     return DONE
 
 
-def _parsed_faults(texts: tuple[str, ...] | None) -> dict[str, Any] | None:
+def _parsed_faults(texts: tuple[str, ...] | None, option: str = "--faults") -> dict[str, Any] | None:
     """Return the given faults and sizes; None: the usual ones."""
     if texts is None:
         return None
-    _check_given("--faults", texts)
+    _check_given(option, texts)
     chosen: dict[str, Any] = {}
     for text in texts:
-        name, size = _parsed_fault(text)
+        name, size = _parsed_fault(text, option)
         if chosen.get(name, size) != size:
-            raise InputError("", "--faults", f"{name!r} with two different sizes", "each fault once")
+            raise InputError("", option, f"{name!r} with two different sizes", "each fault once")
         chosen[name] = size
     return chosen
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    """Return the options that are given."""
+    return {name: value for name, value in options.items() if value is not None}
 
 
 def _check_given(option: str, values: tuple[Any, ...]) -> None:
@@ -330,7 +336,7 @@ def _check_given(option: str, values: tuple[Any, ...]) -> None:
         raise InputError("", option, "nothing", "one or more values")
 
 
-def _parsed_fault(text: str) -> tuple[str, Any]:
+def _parsed_fault(text: str, option: str) -> tuple[str, Any]:
     """Return the name and the size, or range of sizes, from NAME=SIZE or NAME=LOW:HIGH."""
     name, mark, size = text.partition("=")
     if not mark:
@@ -340,8 +346,48 @@ def _parsed_fault(text: str) -> tuple[str, Any]:
     except ValueError:
         numbers = ()
     if len(numbers) not in (1, 2):
-        raise InputError("", "--faults", repr(text), "NAME, NAME=SIZE or NAME=LOW:HIGH, in SI units")
+        raise InputError("", option, repr(text), "NAME, NAME=SIZE or NAME=LOW:HIGH, in SI units")
     return name, numbers[0] if len(numbers) == 1 else numbers
+
+
+@dataclass(frozen=True)
+class OnRail:
+    """What may be on a rail that is designed.
+
+    Attributes
+    ----------
+    number
+        Number of features on the rail, by default 2; or of pairs of gauges, by default 6.
+    shapes
+        Shapes that each feature may have: bump, dip, step up, step down; by default bump and dip.
+    largest_force
+        Limit of the contact force, N per wheelset; by default 400 kN.
+    total_length
+        Limit from the first feature's start to the last one's end, m; by default 2 m.
+    cribs
+        Of gauges: so many bays may have a pair, from the first pair's on; by default 12.
+    flats
+        Of gauges: flats with a length, m; by default "wheel flat=0.03".
+    static_force
+        Of gauges: that of a wheel, by default "80 kN".
+    noise
+        Of gauges: standard deviation of a sample, by default "0.5 kN".
+    front
+        Of gauges: other numbers of pairs that are designed, too.
+    rates
+        Of gauges: other sample rates at which the pairs found are judged: "2 kHz" "10 kHz".
+    """
+
+    number: int | None = None
+    shapes: Annotated[tuple[str, ...] | None, SEVERAL] = None
+    largest_force: float | None = None
+    total_length: float | None = None
+    cribs: int | None = None
+    flats: Annotated[tuple[str, ...] | None, SEVERAL] = None
+    static_force: str | None = None
+    noise: str | None = None
+    front: Annotated[tuple[int, ...] | None, SEVERAL] = None
+    rates: Annotated[tuple[str, ...] | None, SEVERAL] = None
 
 
 def design(
@@ -349,62 +395,58 @@ def design(
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
     plot: Path | None = None,
-    parameters: Annotated[tuple[str, ...], SEVERAL] = ("vehicle.mass", "vehicle.damping"),
-    speeds: Annotated[tuple[float, ...], SEVERAL] = (6.0, 9.0, 12.0),
-    number: int = 2,
-    shapes: Annotated[tuple[str, ...], SEVERAL] = ("bump", "dip"),
-    largest_force: float = 400e3,
-    total_length: float = 2.0,
-    criterion: Literal["determinant", "worst interval"] = "determinant",
-    budget: int = 2000,
-    seed: int = 0,
+    parameters: Annotated[tuple[str, ...] | None, SEVERAL] = None,
+    speeds: Annotated[tuple[float, ...] | None, SEVERAL] = None,
+    rail: Annotated[OnRail | None, Parameter(name="*")] = None,
+    criterion: Literal["determinant", "worst interval", "root mean square", "90 % quantile"] | None = None,
+    budget: int | None = None,
+    seed: int | None = None,
 ) -> int:
-    """Find the irregularity that gives most information on a wheelset, under limits.
+    """Find the irregularity over a deck that gives most information, under limits; or the best places of gauges.
 
     Parameters
     ----------
     site
         The site in TOML.
     output
-        Write the site with the designed irregularity here (.toml).
+        Write the site with the designed irregularity, or with the pairs of gauges, here (.toml).
     plot
-        Write a picture here (.png, .pdf, .svg): the rail, and the layouts from which it was chosen.
+        Write a picture here (.png, .pdf, .svg): what was designed, and from what it was chosen.
     parameters
-        Fields in question.
+        Fields in question, over a deck; by default "vehicle.mass" and "vehicle.damping".
     speeds
-        Speeds of the passages, m/s.
-    number
-        Number of features.
-    shapes
-        Shapes that each feature may have: bump, dip, step up, step down.
-    largest_force
-        Limit of the contact force, N per wheelset.
-    total_length
-        Limit from the first feature's start to the last one's end, m.
+        Speeds of the passages, m/s; by default 6, 9 and 12 over a deck, 20 before gauges.
+    rail
+        What may be on the rail.
     criterion
-        determinant of the marginal information, or worst interval of a parameter.
+        Over a deck: determinant of the marginal information, or worst interval of a parameter. Before gauges: root mean
+        square, or 90 % quantile, of the standard deviations of the length. By default the first one of each.
     budget
-        Approximate number of layouts that are judged.
+        Approximate number of rails that are judged, over a deck; by default 2000.
     seed
-        Seed of the random numbers.
+        Seed of the random numbers, over a deck.
     """
     check_target("--output", output, (".toml",))
     if plot is not None:
         check_target("--plot", plot, PICTURES)
-    for option, values in (("--parameters", parameters), ("--speeds", speeds), ("--shapes", shapes)):
-        _check_given(option, values)
+    on_rail = {} if rail is None else _given(**vars(rail))
+    options = _given(parameters=parameters, speeds=speeds, budget=budget, seed=seed)
+    for option, values in (options | on_rail).items():
+        if isinstance(values, tuple):
+            _check_given(f"--{option}", values)
     from wheeltapper.describe.scenario import write_toml
-    from wheeltapper.describe.site import as_site
+    from wheeltapper.describe.site import as_any_site, as_site
     from wheeltapper.diagnosis.site.design import Interrupted, design_site
 
-    place = as_site(site)
+    place = as_any_site(site)
+    if "flats" in on_rail:
+        on_rail["flats"] = _parsed_faults(on_rail["flats"], "--flats")
+    if place.track is None:
+        place, options = as_site(site), options | _given(criterion=criterion)
+    else:
+        on_rail |= _given(criterion=criterion)
     try:
-        found = design_site(
-            place, parameters, speeds, rail={
-                "number": number, "shapes": shapes, "total_length": total_length, "largest_force": largest_force,
-            },
-            criterion=criterion, budget=budget, seed=seed,
-        )  # fmt: skip
+        found = design_site(place, rail=on_rail, **options)
     except Interrupted as stop:
         kept = "nothing was found yet"
         if stop.site is not None:

@@ -55,6 +55,7 @@ KINDS = {
     "diagnosis.site.design.Design": Drawer("findings.draw_design"),
     "diagnosis.site.neighbours.Condition": Drawer("faults.draw_condition"),
     "diagnosis.site.neighbours.Neighbour": Drawer("faults.draw_neighbour", "faults.draw_neighbours"),
+    "diagnosis.gauges.design.GaugeDesign": Drawer("gauges.draw_gauge_design"),
     "diagnosis.gauges.growth.Growth": Drawer("gauges.draw_growth"),
     "diagnosis.gauges.performance.GaugePerformance": Drawer("gauges.draw_gauge_performance"),
     "diagnosis.gauges.finding.WheelFinding": Drawer("gauges.draw_wheel_finding"),

@@ -8,6 +8,7 @@ import numpy as np
 
 from wheeltapper.diagnosis.alarms import PEAKS
 from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
+from wheeltapper.diagnosis.gauges.design import GaugeDesign
 from wheeltapper.diagnosis.gauges.finding import WheelFinding
 from wheeltapper.diagnosis.gauges.growth import Growth
 from wheeltapper.diagnosis.gauges.performance import GaugePerformance
@@ -130,4 +131,32 @@ def draw_gauge_performance(found: GaugePerformance) -> Figure:
     known.set(xlabel="place on the wheel [share of a turn]", ylabel="sd of the longest [mm]", ylim=(0.0, None))
     legend_above(chances, 2)
     figure.suptitle(f"flats before gauges, {1e-3 * float(chart.static_force[0]):g} kN", x=0.02, ha="left", fontsize=9)
+    return figure
+
+
+def draw_gauge_design(design: GaugeDesign) -> Figure:
+    """Draw which cribs have a pair, how well a length is known around the wheel, and the criterion over the number."""
+    figure, (pairs, around, numbers) = panels(3, 9.0)
+    shown = [design.best, *design.even]
+    for row, one in enumerate(shown):
+        pairs.plot(one.cribs, [row] * len(one.cribs), "s", color=COLOURS[row], label=one.kind)
+        deviation = np.sqrt((one.deviations**2).mean(axis=0))
+        places = np.arange(len(deviation)) / len(deviation)
+        around.plot(places, 1e3 * deviation, ".-", color=COLOURS[row])
+    cribs = design.chart().crib.values
+    pairs.set(
+        xlabel="crib [bays from the first pair]", xlim=(cribs[0] - 0.5, cribs[-1] + 0.5), ylim=(len(shown) - 0.5, -0.5)
+    )
+    pairs.yaxis.set_visible(False)
+    around.set(xlabel="place on the wheel [share of a turn]", ylabel="sd of the length [mm]", ylim=(0.0, None))
+    tried = [(len(one.cribs), 1e3 * one.value) for one in design.candidates]
+    numbers.plot(*np.array(tried).T, ".", color="0.75", label="tried")
+    found = design.front or (design.best,)
+    numbers.plot([len(one.cribs) for one in found], [1e3 * one.value for one in found], "*-", color=RED, label="best")
+    most = max(len(one.cribs) for one in design.candidates)
+    numbers.set(xlabel="pairs [number]", xlim=(0.5, most + 0.5), ylabel=f"{design.criterion} [mm]")
+    numbers.xaxis.get_major_locator().set_params(integer=True)
+    legend_above(pairs)
+    legend_above(numbers)
+    figure.suptitle(str(design).partition(":")[0], x=0.02, ha="left", fontsize=9)
     return figure

@@ -45,6 +45,30 @@ class Flat(NamedTuple):
     shape: str
 
 
+class Sensitivity(NamedTuple):
+    """How compared readings change with a flat and all else that a fit leaves free.
+
+    Attributes
+    ----------
+    problem
+        The readings that are compared.
+    readings
+        With a flat at each of some places, N, (readings, places).
+    changes
+        With the logarithm of the length, and then with all other values, N, (readings, values, places).
+    deviations
+        Standard deviations of readings without roughness, N, (readings, places).
+    precision
+        One over the variances of values, gains, zero lines and their slopes, as they are known before.
+    """
+
+    problem: Problem
+    readings: FloatArray
+    changes: FloatArray
+    deviations: FloatArray
+    precision: FloatArray
+
+
 class Foreseen:
     """A wheel like those to come, and what gauges will show of its flats.
 
@@ -83,22 +107,27 @@ class Foreseen:
 
         All else is unknown with what is known before, as in a fit; the error of the model's length is not in it.
         """
+        problem, told = self._fine, self.sensitivity(flat, count)
+        out = []
+        for number, deviations in enumerate(told.deviations.T):
+            weights = Weights(deviations, problem.rough)
+            free = [told.changes[..., number], self._beside(problem, told.readings[:, number])]
+            jacobian = weights.over(np.concatenate(free, axis=1))
+            curvature = jacobian.T @ weights.weighed(jacobian) + np.diag(told.precision)
+            _, covariance = covariance_of(curvature, told.precision)
+            out.append(flat.length * float(np.sqrt(covariance[0, 0])))
+        return np.array(out)
+
+    def sensitivity(self, flat: Flat, count: int) -> Sensitivity:
+        """Return how readings change with all that a fit leaves free, with a flat at each of so many places."""
         problem, places = self._fine, self.places(count)
         names = (LENGTH, POSITION, FORCE, ADVANCE, SPEED, *self.known.spread)
         level = self._level(problem, self.values)
         added = self._added(problem, self.values, flat, places)
-        changes = {name: self._change(problem, name, flat, places, level, added) for name in names}
-        precision = problem.precision(names)
-        out = []
-        for number in range(count):
-            total = level + added[:, number]
-            error = MODEL_ERROR * self._size(problem, added[:, number])
-            weights = Weights(np.hypot(problem.band.deviations(problem.band.noise), error), problem.rough)
-            free = np.stack([changes[name][:, number] for name in names], axis=1)
-            jacobian = weights.over(np.concatenate([free, self._beside(problem, total)], axis=1))
-            _, covariance = covariance_of(jacobian.T @ weights.weighed(jacobian) + np.diag(precision), precision)
-            out.append(flat.length * float(np.sqrt(covariance[0, 0])))
-        return np.array(out)
+        changes = np.stack([self._change(problem, name, flat, places, level, added) for name in names], axis=1)
+        error = MODEL_ERROR * np.stack([self._size(problem, one) for one in added.T], axis=1)
+        noise = problem.band.deviations(problem.band.noise)[:, None]
+        return Sensitivity(problem, level[:, None] + added, changes, np.hypot(noise, error), problem.precision(names))
 
     def gains_without_a_flaw(self, count: int, seed: int) -> FloatArray:
         """Return by how much a scan lowers χ² of so many wheels without a flaw."""

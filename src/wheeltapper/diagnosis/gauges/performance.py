@@ -23,7 +23,7 @@ from wheeltapper.diagnosis.gauges.passing import passing_without_readings
 from wheeltapper.diagnosis.gauges.scan import SCREENED
 from wheeltapper.diagnosis.gauges.sizing import OWN_LENGTH, SMALLEST
 from wheeltapper.diagnosis.gauges.verdicts import INTERVAL, NAMES
-from wheeltapper.ground.arguments import as_quantities, as_quantity
+from wheeltapper.ground.arguments import as_names, as_quantities, as_quantity
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.ground.shown import Shown
@@ -122,7 +122,7 @@ def assess_gauges(
     """Return how well a site with gauges on a track finds and sizes flats; see `assess`."""
     import xarray as xr
 
-    lengths = _lengths(faults)
+    lengths = lengths_of_flats(faults)
     sizes = sorted({one for several in lengths.values() for one in several})
     paces = [SPEED] if speeds is None else as_quantities(speeds, "speeds", "speed", "one or more speeds")
     loads = [FORCE] if static_forces is None else as_quantities(static_forces, "static_forces", "force", "forces, N")
@@ -180,25 +180,28 @@ def foreseen_of(site: Site, pairs: Sequence[RailShearForce], speed: float, force
     return Foreseen(passing, known_of(site), np.array([max(one.gain_uncertainty, 1e-4) for one in pairs]))
 
 
-def _lengths(faults: Mapping[str, Sizes] | Sequence[str] | None) -> dict[str, list[float]]:
+def lengths_of_flats(
+    faults: Mapping[str, Sizes] | Sequence[str] | None, field: str = "faults"
+) -> dict[str, list[float]]:  # fmt: skip
     """Return the lengths of flats that are computed, rising, by the names of faults."""
-    given = (
-        faults
-        if isinstance(faults, Mapping)
-        else dict.fromkeys([faults] if isinstance(faults, str) else faults or SHAPES)
-    )
+    if isinstance(faults, Mapping):
+        given = dict(faults)
+    else:
+        given = dict.fromkeys(SHAPES if faults is None else as_names(faults, field, "flats, or their lengths by name"))
     out = {}
     for name, size in given.items():
         if name not in SHAPES:
-            raise InputError("", "faults", repr(name), f"flats, of a site with gauges: {', '.join(map(repr, SHAPES))}")
+            raise InputError("", field, repr(name), f"flats, of a site with gauges: {', '.join(map(repr, SHAPES))}")
         ends = (
             []
             if size is None
-            else as_quantities(size if isinstance(size, list | tuple) else [size], "faults", "length", "lengths, m")
+            else as_quantities(size if isinstance(size, list | tuple) else [size], field, "length", "lengths, m")
         )
         if len(ends) > 2 or (len(ends) == 2 and ends[0] >= ends[1]):
-            raise InputError("", "faults", value_text(size), "a length, or the shortest and the longest one, m")
+            raise InputError("", field, value_text(size), "a length, or the shortest and the longest one, m")
         out[name] = (
             [*LENGTHS] if not ends else np.linspace(ends[0], ends[-1], OF_RANGE if len(ends) == 2 else 1).tolist()
         )
+    if not out:
+        raise InputError("", field, value_text(faults), f"one or more of {', '.join(map(repr, SHAPES))}")
     return out

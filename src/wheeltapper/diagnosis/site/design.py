@@ -26,7 +26,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from wheeltapper.describe.scenario import write_toml
-from wheeltapper.describe.site import Site, as_site
+from wheeltapper.describe.site import Site, as_any_site, as_site
+from wheeltapper.diagnosis.gauges.design import GaugeDesign, design_of_gauges
 from wheeltapper.diagnosis.inference.information import NAMED, Information, as_speeds, as_trigger
 from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.diagnosis.site.design_search import Candidate, Criterion, Judge, Search, cost
@@ -147,12 +148,19 @@ RAIL: dict[str, Any] = {
     "total_length": 2.0, "largest_force": 400e3,
 }  # fmt: skip
 """What a rail that is to be designed may have on it, if nothing else is said: see `design_site`."""
+SPEEDS = (6.0, 9.0, 12.0)
+"""Over a deck, if none are named, m/s."""
+OF_DECK: dict[str, Any] = {
+    "parameters": NAMED, "vary": None, "criterion": "determinant", "one_gauge": False, "trigger": 0.0,
+    "budget": 2000, "seed": 0,
+}  # fmt: skip
+"""Arguments of `design_site` that say nothing of gauges, and what they are if they are not given."""
 
 
 def design_site(
     site: Site | str | Path,
     parameters: Sequence[str] = NAMED,
-    speeds: Sequence[float] | None = (6.0, 9.0, 12.0),
+    speeds: Sequence[float] | None = SPEEDS,
     *,
     rail: Mapping[str, Any] | None = None,
     vary: Mapping[str, Bounds] | None = None,
@@ -163,8 +171,11 @@ def design_site(
     seed: int = 0,
     progress: Progress = True,
     **older: Any,
-) -> Design:
-    """Design the rail of a site so that passages give most information on some fields.
+) -> Design | GaugeDesign:
+    """Design the rail of a deck so that passages give most information on some fields; or the places of gauges.
+
+    Of a site with pairs of shear gauges on a `track` those places are found from which the length of a flat is known
+    best, in the mean over the wheel's circumference.
 
     Parameters
     ----------
@@ -172,17 +183,24 @@ def design_site(
         The site, or the path of its TOML file. Deck, sensor, vehicle and uncertainties are kept; the rail is replaced.
         Each feature has the uncertainty of the site's first one ("irregularity.0.height" and so on). All recordings
         last 36 contact periods longer than the slowest passage over the total length, or as long as the site's if that
-        is longer.
+        is longer. Of a site with gauges the pairs are replaced by copies of the first one, in other bays of the track.
     parameters
         Paths of the fields in question; they have no prior.
     speeds
-        m/s. None: the speed of the passage, or the "speed" that `vary` bounds.
+        m/s. None: the speed of the passage, or the "speed" that `vary` bounds. Before gauges, by default 20 m/s.
     rail
         What the rail may have on it, beside or instead of RAIL. "number", "shapes": of features, and which of "bump",
         "dip", "step up" and "step down" each of them may be. "heights", "lengths", "spacing": bounds, m, of magnitudes,
         and of the distance from one start to the next; over features longer than 0.4 m the bogie, whose inertia the
         wheelset's model leaves out, begins to move. "total_length", "largest_force": limits, m and N; the force at
         every speed.
+        Of a site with gauges what pairs may be on it, beside or instead of `gauges.design.GAUGES`. "number": of pairs.
+        "cribs": bays of the track that may have a pair, a number of them from the first pair's on, or a list where the
+        first pair's is 0; they lie within 16 bays. "flats": as the `faults` of `wheeltapper.diagnosis.assess`.
+        "static_force", "noise": of a wheel and of a sample, N. "criterion": "root mean square" or "90 % quantile" of
+        the standard deviations of the length, at 24 places of the circumference, at all speeds, of all flats. "front":
+        other numbers of pairs that are designed, too. "rates": other rates at which the pairs found are judged, Hz,
+        with the same noise of a sample. Other arguments than this and `speeds` are for decks.
     vary
         By path, bounds of other fields that are chosen, too, such as "track.mass". They are also chosen for the layouts
         of the comparison.
@@ -201,13 +219,29 @@ def design_site(
     older
         What stands in `rail`, by names of its own: what `rail` has replaced.
 
+    Returns
+    -------
+    Design or GaugeDesign
+        The latter of a site with gauges on a track.
+
     Raises
     ------
     InputError
         If an argument is wrong, or the site's motion has no exact derivatives.
     Interrupted
-        At Ctrl-C, with the best rail so far.
+        At Ctrl-C, with the best rail of a deck so far.
     """
+    place = as_any_site(site)
+    if place.track is not None:
+        of_deck = (parameters, vary, criterion, one_gauge, trigger, budget, seed)
+        given = {name: one for (name, usual), one in zip(OF_DECK.items(), of_deck, strict=True) if one != usual}
+        for name in (*given, *older):
+            raise InputError("", name, "given, with a site that has a track", "none of it")
+        warn_of(site_notes(place))
+        try:
+            return design_of_gauges(place, None if speeds is SPEEDS else speeds, rail, progress)
+        except KeyboardInterrupt as stop:
+            raise Interrupted(None) from stop
     site, budget, seed = as_site(site), as_count(budget, "budget"), as_count(seed, "seed", 0)
     warn_of(site_notes(site))  # other rails are tried: what the passage never meets now does not matter
     check_choice(criterion, "criterion", ("determinant", "worst interval"))
