@@ -196,6 +196,7 @@ class _Asked:
         given = GAUGES | given
         self.sides = {side: pairs[0] for side, pairs in pairs_by_side(site).items()}
         self.site, self.template = site, next(iter(self.sides.values()))
+        self.track: Any = site.track  # with seats: `pairs_by_side` has seen to it
         self.speeds = [SPEED] if speeds is None else as_quantities(speeds, "speeds", "speed", "one or more speeds")
         self.cribs = _cribs(given["cribs"])
         most = len(self.cribs)
@@ -216,12 +217,12 @@ class _Asked:
 
     def _check_template(self) -> None:
         """Refuse first pairs that are not between two seats, or differ from rail to rail."""
-        spacing, seat, here = float(self.site.track.spacing), float(self.site.track.first_sleeper), self.template
+        spacing, seat, here = float(self.track.spacing), float(self.track.first_sleeper), self.template
         bay = floor((here.x1 - seat) / spacing)
         if here.x2 > seat + (bay + 1) * spacing:
             found = f"the pair {here.name!r} with a seat between its gauges"
             raise InputError("", "sensors", found, "a first pair between two seats: the others become like it")
-        own = ("x1", "x2", "rate", "gain_uncertainty")
+        own = ("x1", "x2", "rate", "anti_alias", "gain_uncertainty")
         for other in self.sides.values():
             if any(getattr(other, name) != getattr(here, name) for name in own):
                 found = f"first pairs {here.name!r} and {other.name!r} that differ"
@@ -229,7 +230,7 @@ class _Asked:
 
     def pair(self, crib: int, side: str) -> RailShearForce:
         """Return the pair in a crib of a rail."""
-        by, like = crib * float(self.site.track.spacing), self.sides[side]
+        by, like = crib * float(self.track.spacing), self.sides[side]
         name = f"crib {crib}" if like.side is None else f"{like.side} crib {crib}"
         return like.model_copy(update={"name": name, "x1": round(like.x1 + by, 9), "x2": round(like.x2 + by, 9)})
 

@@ -234,8 +234,8 @@ def design_site(
     place = as_any_site(site)
     if place.track is not None:
         of_deck = (parameters, vary, criterion, one_gauge, trigger, budget, seed)
-        given = {name: one for (name, usual), one in zip(OF_DECK.items(), of_deck, strict=True) if one != usual}
-        for name in (*given, *older):
+        unfit = [name for (name, usual), one in zip(OF_DECK.items(), of_deck, strict=True) if one != usual]
+        for name in (*unfit, *older):
             raise InputError("", name, "given, with a site that has a track", "none of it")
         warn_of(site_notes(place))
         try:
@@ -252,8 +252,8 @@ def design_site(
     shaping = [path for path in (*parameters, *varied) if path.startswith("irregularity.")]
     if shaping:
         raise InputError("", shaping[0], "a field of the rail, which is to be designed", "fields of what rolls over it")
-    given = as_table(rail, "rail", f"a table over {', '.join(RAIL)}")
-    given = RAIL | with_older(given, older, {name: name for name in RAIL}, "rail")
+    stated = as_table(rail, "rail", f"a table over {', '.join(RAIL)}")
+    given: dict[str, Any] = RAIL | with_older(stated, older, {name: name for name in RAIL}, "rail")
     for name in given:
         if name not in RAIL:
             raise InputError("", f"rail.{name}", f"the unknown name {name!r}", with_suggestion(name, RAIL))
