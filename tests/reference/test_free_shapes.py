@@ -9,10 +9,10 @@ from tests.reference.test_gauges import PAIRS, SCENE, SENSORS, SPREAD, TURN, pas
 from tests.wayside import RADIUS, Wheel
 from wheeltapper.diagnosis.gauges.answers import Answers, touching
 from wheeltapper.diagnosis.gauges.finding import WheelFinding
-from wheeltapper.diagnosis.gauges.free_shape import parts_of
 from wheeltapper.diagnosis.gauges.known import Known
 from wheeltapper.diagnosis.gauges.passing import Runs, Tread, passing_without_readings
 from wheeltapper.diagnosis.gauges.sizing import problem_of, sized_flat, values_of
+from wheeltapper.diagnosis.gauges.tread_parts import parts_of, reached
 
 KNOWN = Known(SCENE, SPREAD)
 
@@ -69,6 +69,15 @@ def test_derivatives_by_a_tread_are_those_of_exact_runs(depth):
         change = problem.read(values, Tread(raised, tread.place)) - problem.read(values, tread)
         exact = problem.band.taken(change) / by
         assert np.sqrt(np.mean((columns[:, place] - exact) ** 2)) < 0.05 * np.sqrt(np.mean(exact**2))
+
+
+def test_a_rail_reaches_into_a_deep_hollow_as_far_as_a_chord():
+    """Into a box, 40 mm long, as far as into a flat of that length."""
+    arc = np.arange(3000) * TURN / 3000
+    box = np.where(abs(arc - 1.0) < 0.02, -2e-3, 0.0)
+    found = reached(box[:, None], RADIUS)[:, 0]
+    assert found.min() == pytest.approx(-(0.04**2) / (8.0 * RADIUS), rel=0.06)
+    assert found[abs(arc - 1.0) > 0.022] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_parts_of_a_tread_are_its_hollows_and_what_is_built_up():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -72,7 +73,7 @@ def draw_wheel(figure: Figure, finding: WheelFinding) -> None:
             way * one.x1, way * one.x2, color=RED, alpha=0.12, linewidth=0.0, label="" if number else "between gauges"
         )
     force.set(xlabel="place of the wheel along the track [m]", ylabel="force on the rail, by the model [kN]")
-    gauges.set_title(str(finding))
+    gauges.set_title(fill(str(finding), 110), fontsize=8, loc="left", pad=22.0)
     legend_above(gauges, 2)
     legend_above(force, 3)
     if finding.free_shape is not None:

@@ -15,14 +15,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d, label
+from scipy.ndimage import gaussian_filter1d
 
 from wheeltapper.diagnosis.gauges.answers import Answers
 from wheeltapper.diagnosis.gauges.fit import AT_ONCE, Fit, Now, Problem, Search, moved
 from wheeltapper.diagnosis.gauges.known import RADIUS
 from wheeltapper.diagnosis.gauges.passing import SPEED, Tread, Values
 from wheeltapper.diagnosis.gauges.scan import free_columns
-from wheeltapper.diagnosis.gauges.verdicts import INTERVAL
+from wheeltapper.diagnosis.gauges.tread_parts import Part, parts_of
 from wheeltapper.diagnosis.gauges.weighing import Freed
 
 FloatArray = NDArray[np.float64]
@@ -39,14 +39,6 @@ RADII = (-0.012, -0.008, -0.004, 0.0, 0.004, 0.008, 0.012)
 """Of the wheel, less the stated one, over that."""
 STEPS, SHORTER, DONE = 6, (1.0, 0.5, 0.25, 0.1), 10.0
 """Most steps with exact runs, by what a step is shortened that leads no further, and the fall of χ² that ends them."""
-EDGE = 0.25
-"""A hollow reaches as far as the tread deviates by more than this part of its depth."""
-SHOWN, SURE, MOST = 0.4, 4.0, 3
-"""What deviates by this part of the largest deviation, and by so many standard deviations, is told, too; so many."""
-OWN_DEPTH = 0.1
-"""Standard deviation of a depth and of a length that is error of the model, over them."""
-DRAWN = 400
-"""Treads that are drawn for intervals."""
 
 
 class Prior(NamedTuple):
@@ -94,28 +86,6 @@ class Start(NamedTuple):
     values: dict[str, float]
     tread: Tread
     estimate: Estimate
-
-
-class Part(NamedTuple):
-    """A hollow of a tread, or what is built up on it.
-
-    Attributes
-    ----------
-    size
-        Its largest deviation from the tread's median, m; missing material is negative.
-    length
-        Over which it deviates by more than `EDGE` of that, m.
-    angle
-        Of its middle, rad from where `Tread.place` meets the rail.
-    size_interval, length_interval
-        Of 90 %.
-    """
-
-    size: float
-    length: float
-    angle: float
-    size_interval: tuple[float, float] = (0.0, 0.0)
-    length_interval: tuple[float, float] = (0.0, 0.0)
 
 
 class FreeShape(NamedTuple):
@@ -341,44 +311,3 @@ def free_shape(problem: Problem, found: Refined, flawless: Fit) -> FreeShape:
         now.chi, readings, flawless.chi, now.chi + told.penalty + problem.weights.logarithm, now.gains, now.zeros,
         found.off_rail,
     )  # fmt: skip
-
-
-def parts_of(deviations: FloatArray, spread: FloatArray, radius: float) -> tuple[Part, ...]:
-    """Return hollows of a tread and what is built up, the largest first; `spread` is as in `Estimate`."""
-    rng = np.random.default_rng(0)
-    drawn = deviations[:, None] + spread @ rng.standard_normal((spread.shape[1], DRAWN))
-    left, parts = np.array(deviations), list[Part]()
-    sure = SURE * np.sqrt((spread**2).sum(axis=1))
-    while len(parts) < MOST:
-        middle = int(np.argmax(np.abs(left)))
-        if parts and np.abs(left[middle]) < max(SHOWN * abs(parts[0].size), sure[middle]):
-            break
-        turned = np.roll(deviations, len(left) // 2 - middle)
-        part, inside = _part(turned, radius)
-        others = [_part(np.roll(one, len(left) // 2 - middle), radius, inside)[0] for one in drawn.T]
-        off = np.array([(one.size - part.size, one.length - part.length) for one in others])
-        half = INTERVAL * np.sqrt((off**2).mean(axis=0) + (OWN_DEPTH * np.array([part.size, part.length])) ** 2)
-        ends = [(value - by, value + by) for value, by in zip((part.size, part.length), half.tolist(), strict=True)]
-        angle = (part.angle + 2.0 * pi * (middle - len(left) // 2) / len(left)) % (2.0 * pi)
-        parts.append(Part(part.size, part.length, angle, *ends))
-        left[np.roll(inside, middle - len(left) // 2)] = 0.0
-    return tuple(parts)
-
-
-def _part(
-    deviations: FloatArray, radius: float, within: NDArray[np.bool_] | None = None
-) -> tuple[Part, NDArray[np.bool_]]:
-    """Return the largest deviation, and where it is; `within` says where it is sought, by default in the middle."""
-    middle = len(deviations) // 2
-    if within is not None:
-        middle = int(np.argmax(np.where(within, np.abs(deviations), -1.0)))
-    size = float(deviations[middle])
-    above = deviations * np.sign(size) - EDGE * abs(size)
-    groups, _ = label(above > 0.0)
-    inside = np.flatnonzero(groups == groups[middle])
-    first, last = int(inside[0]), int(inside[-1])
-    begin = first - (above[first] / (above[first] - above[first - 1]) if first > 0 else 0.0)
-    end = last + (above[last] / (above[last] - above[last + 1]) if last + 1 < len(above) else 0.0)
-    step = 2.0 * pi / len(deviations)
-    part = Part(size, float(end - begin) * step * radius, 0.5 * float(begin + end) * step)
-    return part, np.isin(np.arange(len(deviations)), np.arange(first - 1, last + 2))

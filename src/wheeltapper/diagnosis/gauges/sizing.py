@@ -58,9 +58,10 @@ ROUNDS, UNSETTLED = 2, 1.2
 """A fit whose χ² is more than this times the number of readings is made once more, from where it has come to."""
 SMALLEST = 0.015
 """A flat is at least so long, m: else a wheel counts as healthy."""
-ASKED, ODD, BETTER = 1.3, 1.1, 0.25
+ASKED, ODD, LIKELY, BETTER = 1.3, 1.3, 200.0, 0.25
 """A tread of free shape is asked for if χ² of a reading is more than the first with the best flat, or without one more
-than the second. It is told if it lowers χ² by this part more than a flat that explains the readings."""
+than the second. It is told if its first evidence exceeds that of flats and waves by so much, of wheels without a flaw
+it is at most 62, and if it explains this part of χ² more than a flat that leaves less than EXPLAINED."""
 HOPELESS = 600.0
 """A shape that begins with the track that was fitted with the other one, and whose χ² is so much more, over the reduced
 χ², is not fitted further."""
@@ -244,7 +245,7 @@ def _with_free_shape(coarse: Problem, sized: Sized) -> Sized:
     """Return a wheel with the tread of free shape that explains it, or as it is where that explains no more."""
     runs, best, highest = coarse.runs, sized.best, min(HIGHEST, coarse.runs.passing.highest)
     begun = started(coarse, coarse.known, highest)
-    if begun.estimate.evidence < max(sized.seen.gain, 0.0) + NEEDED:
+    if begun.estimate.evidence < max(sized.seen.gain, 0.0) + LIKELY:
         return sized
     worn = [path for path in coarse.spread if path == RADIUS]
     names = [*worn, FORCE, ADVANCE, SPEED, *(path for path in coarse.spread if path not in worn)]
