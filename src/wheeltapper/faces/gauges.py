@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,9 @@ from wheeltapper.diagnosis.alarms import PEAKS
 from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
 from wheeltapper.diagnosis.gauges.design import GaugeDesign
 from wheeltapper.diagnosis.gauges.finding import WheelFinding
+from wheeltapper.diagnosis.gauges.free_shape import FreeShape
 from wheeltapper.diagnosis.gauges.growth import Growth
+from wheeltapper.diagnosis.gauges.known import RADIUS
 from wheeltapper.diagnosis.gauges.performance import GaugePerformance
 from wheeltapper.diagnosis.gauges.sizing import HIGHEST
 from wheeltapper.diagnosis.gauges.verdicts import INTERVAL
@@ -18,6 +21,7 @@ from wheeltapper.faces.panels import BLUE, COLOURS, GREEN, RED, legend_above, pa
 from wheeltapper.record.assessment.filtering import low_passed
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -70,9 +74,12 @@ def draw_wheel(figure: Figure, finding: WheelFinding) -> None:
             way * one.x1, way * one.x2, color=RED, alpha=0.12, linewidth=0.0, label="" if number else "between gauges"
         )
     force.set(xlabel="place of the wheel along the track [m]", ylabel="force on the rail, by the model [kN]")
-    gauges.set_title(str(finding))
+    gauges.set_title(fill(str(finding), 110), fontsize=8, loc="left", pad=22.0)
     legend_above(gauges, 2)
     legend_above(force, 3)
+    if finding.free_shape is not None:
+        _draw_tread(later, finding.free_shape)
+        return
     if finding.verdict == NOT_EXPLAINED:
         later.set_visible(False)
         return
@@ -83,6 +90,19 @@ def draw_wheel(figure: Figure, finding: WheelFinding) -> None:
         later.fill_between(outlook.speed, low, high, color=colour, alpha=0.2, linewidth=0.0)
     later.set(xlabel="speed [m/s]", ylabel="peak to come [kN]", ylim=(0.0, None))
     legend_above(later, 2)
+
+
+def _draw_tread(axis: Axes, free: FreeShape) -> None:
+    """Draw a tread of free shape over the circumference, with 90 % of each place, and its hollows."""
+    arc, middle = free.values[RADIUS] * free.tread.angles, 1e3 * free.tread.deviations
+    half = 1e3 * INTERVAL * free.deviations
+    axis.plot(arc, middle, color=BLUE, label="tread, nine of ten within")
+    axis.fill_between(arc, middle - half, middle + half, color=BLUE, alpha=0.25, linewidth=0.0)
+    for number, one in enumerate(free.parts):
+        ends = [free.values[RADIUS] * one.angle + by * one.length for by in (-0.5, 0.5)]
+        axis.axvspan(*ends, color=RED, alpha=0.12, linewidth=0.0, label="" if number else "told")
+    axis.set(xlabel="place on the circumference [m]", ylabel="deviation [mm]", xlim=(0.0, arc[-1]))
+    legend_above(axis, 2)
 
 
 def draw_growth(growth: Growth) -> Figure:

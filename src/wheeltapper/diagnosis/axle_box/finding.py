@@ -13,10 +13,10 @@ from wheeltapper.diagnosis.axle_box.joints import RailFlaw, distance_of
 from wheeltapper.diagnosis.axle_box.wheel import Flat, Wheel, WheelSeen
 from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
 from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
-from wheeltapper.diagnosis.gauges.finding import EXPLAINED
 from wheeltapper.diagnosis.gauges.known import RADIUS
 from wheeltapper.diagnosis.gauges.scan import FOUND_FROM, NEEDED
 from wheeltapper.diagnosis.gauges.verdicts import (
+    EXPLAINED,
     INTERVAL,
     NAMES,
     alike_of,

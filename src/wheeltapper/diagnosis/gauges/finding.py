@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
-from wheeltapper.diagnosis.finding import NOT_EXPLAINED
+from wheeltapper.diagnosis.finding import HEALTHY, NOT_EXPLAINED
 from wheeltapper.diagnosis.gauges.fit import Fit
+from wheeltapper.diagnosis.gauges.free_shape import FreeShape
 from wheeltapper.diagnosis.gauges.known import Known
 from wheeltapper.diagnosis.gauges.orders import OutOfRound
 from wheeltapper.diagnosis.gauges.outlook import outlook
@@ -19,9 +20,12 @@ from wheeltapper.diagnosis.gauges.scan import FOUND_FROM
 from wheeltapper.diagnosis.gauges.shares import shares_of
 from wheeltapper.diagnosis.gauges.sizing import Sized
 from wheeltapper.diagnosis.gauges.verdicts import (
+    EXPLAINED,
     INTERVAL,
     NAMES,
+    OTHER,
     flat_words,
+    odds_of,
     order_size,
     order_words,
     probabilities_of,
@@ -35,8 +39,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
-EXPLAINED = 3.0
-"""The largest χ² of a reading that a model leaves. Flats from another program, on another track, left 0.9 to 1.7."""
 LENGTHS = (0.015, 0.025, 0.035, 0.05, 0.07, 0.1)
 """Of flats whose peaks are told by `breaking_length`, m; between them peaks are interpolated."""
 SPEEDS = (10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0)
@@ -73,7 +75,13 @@ class WheelFinding(Shown):
     @property
     def verdict(self) -> str:
         """The fault's name in the catalogue, "healthy" or "not explained"."""
-        return NOT_EXPLAINED if (self.reduced or 0.0) > EXPLAINED else self.sized.verdict
+        unlike = self.sized.free is not None or (self.reduced or 0.0) > EXPLAINED
+        return NOT_EXPLAINED if unlike else self.sized.verdict
+
+    @property
+    def free_shape(self) -> FreeShape | None:
+        """The tread that explains what no flat and no waves do; None where they explain it, or nothing does."""
+        return self.sized.free
 
     @property
     def out_of_round(self) -> OutOfRound | None:
@@ -87,8 +95,12 @@ class WheelFinding(Shown):
 
     @property
     def probabilities(self) -> dict[str, float]:
-        """Of "healthy" and of each flat, after the readings; of the verdict alone where no flat was fitted."""
-        best = self.sized.best
+        """After readings of "healthy", each flat, and "other", a tread of free shape; else of the verdict alone."""
+        best, free = self.sized.best, self.sized.free
+        if free is not None:
+            flats = {} if best is None else {NAMES[one.shape]: one.misfit for one in self.sized.fits.values()}
+            sound = free.misfit + free.flawless - free.chi
+            return odds_of({OTHER: free.misfit, **flats, HEALTHY: sound}, free.reduced)
         if best is None:
             return {self.verdict: 1.0}
         return probabilities_of(self.sized.fits.values(), best, self.sized.gain)
@@ -112,6 +124,8 @@ class WheelFinding(Shown):
 
     def __str__(self) -> str:
         """Return one or two sentences."""
+        if self.sized.free is not None:
+            return f"not explained by a flat or waves: {self.sized.free.words(self.direction)}"
         if self.verdict == NOT_EXPLAINED:
             return f"not explained: the nearest model, {self.sized.verdict}, leaves χ² = {self.reduced:.2g} per reading"
         if self.verdict not in self.sizes:
@@ -225,7 +239,8 @@ class WheelFinding(Shown):
     def to_dict(self) -> dict[str, Any]:
         """Return everything but samples, in SI units."""
         best, shown = self.sized.best, self.sized.shown
-        own = best is not None and self.verdict != NOT_EXPLAINED
+        own, free = best is not None and self.verdict != NOT_EXPLAINED, self.sized.free
+        told = self.sized.flaw if own or free is not None else None
         size, interval = self.sizes.get(self.verdict, (None, None))
         values = {} if best is None or not own else {
             name: {"value": best.values[name], "interval_90": list(best.interval(name, INTERVAL))}
@@ -241,13 +256,14 @@ class WheelFinding(Shown):
             "sizes": {name: {"size": one, "size_interval": list(ends)} for name, (one, ends) in self.sizes.items()},
             "errors": self._errors(),
             "place": self.direction * best.values[POSITION] if best is not None and own else None,
-            "speed": best.values[SPEED] if best is not None and own else self.passing.speed,
-            "static_force": best.values[FORCE] if best is not None and own else self.passing.static_force,
-            "largest_force": shown.largest if shown is not None and own else None,
-            "largest_below_500": shown.below if shown is not None and own else None,
+            "speed": self.passing.speed if told is None else told.values[SPEED],
+            "static_force": self.passing.static_force if told is None else told.values[FORCE],
+            "largest_force": None if shown is None or told is None else shown.largest,
+            "largest_below_500": None if shown is None or told is None else shown.below,
             "chi_squared_reduced": self.reduced,
             "gain": self.sized.gain,
             "estimates": values,
+            "free_shape": None if free is None else free.to_dict(self.direction),
             "orders": [] if self.out_of_round is None else self.out_of_round.rows(),
             FOUND_FROM: self.sized.seen.found_from,
         }

@@ -22,6 +22,7 @@ from wheeltapper.diagnosis.gauges.passing import (
     POSITION,
     SPEED,
     Runs,
+    Shape,
     Values,
 )
 from wheeltapper.diagnosis.gauges.responses import Responses
@@ -48,8 +49,9 @@ DONE = SURER
 """A fit ends where χ² falls, or would fall, by less than this: what is known to one standard deviation is as exact."""
 AT_ONCE = (ADVANCE, SPEED)
 """Values of which derivatives cost no run."""
-DAMPED, MORE, TRIES = 1e-5, 16.0, 4
-"""Levenberg's and Marquardt's damping at the start, the factor on it, and how often it is raised."""
+DAMPED, HELD, MORE, TRIES = 1e-5, 1e-3, 16.0, 4
+"""Levenberg's and Marquardt's damping at the start, the least one after a step that led no further, the factor on it,
+and how many steps are tried."""
 
 
 class Fit(NamedTuple):
@@ -107,7 +109,7 @@ class Fit(NamedTuple):
 
     def told(self, readings: FloatArray) -> FloatArray:
         """Return what sensors with its gains and zero lines make of readings, N, (samples, sensors)."""
-        return _told(readings, self.gains, self.zeros)
+        return told_readings(readings, self.gains, self.zeros)
 
 
 class Problem(NamedTuple):
@@ -146,7 +148,7 @@ class Problem(NamedTuple):
         values = np.array([1.0 / own[n] ** 2 if n in own else 0.0 for n in names])
         return np.concatenate([SURER * values, SURER * self.gain_spread**-2.0, zero])
 
-    def read(self, values: Values, shape: str) -> FloatArray:
+    def read(self, values: Values, shape: Shape) -> FloatArray:
         """Return what sensors would have recorded of a run, after the low-pass, N, (samples, sensors)."""
         forces = self.runs.forces(values, shape)
         found = [share * transfer.of(forces, values) for share, transfer in self.transfers(values)]
@@ -196,7 +198,7 @@ def fitted(
     known
         Derivatives by values, if they are known from another fit of the wheel near these values.
     """
-    search = _Search(problem, shape, tuple(names))
+    search = Search(problem, shape, tuple(names))
     now = search.at(dict(values), np.ones(len(problem.gain_spread)), np.zeros(2 * len(problem.gain_spread)))
     columns = dict(known or {})
     damping, renewed = DAMPED, [name for name in names if name not in columns]
@@ -211,7 +213,7 @@ def fitted(
             after = search.stepped(now, change)
             if after is not None and after.chi < now.chi:
                 break
-            damping = max(damping * MORE, DAMPED)
+            damping = max(damping * MORE, HELD)
         else:
             if renewed == [*names]:
                 break
@@ -238,7 +240,8 @@ def covariance_of(curvature: FloatArray, precision: FloatArray) -> tuple[FloatAr
     return inverse, inverse @ (curvature + (SURER - 1.0) * np.diag(precision)) @ inverse
 
 
-def _told(readings: FloatArray, gains: FloatArray, zeros: FloatArray) -> FloatArray:
+def told_readings(readings: FloatArray, gains: FloatArray, zeros: FloatArray) -> FloatArray:
+    """Return what sensors with gains and zero lines make of readings, N, (samples, sensors)."""
     count = len(gains)
     return readings * gains + zeros[:count] + _along(len(readings)) * zeros[count:]
 
@@ -248,7 +251,7 @@ def _along(samples: int) -> FloatArray:
     return np.linspace(-1.0, 1.0, samples)[:, None]
 
 
-class _Now(NamedTuple):
+class Now(NamedTuple):
     """Where a search is: values, gains, zero lines, smooth readings of the model, what is left, and χ²."""
 
     values: dict[str, float]
@@ -259,10 +262,10 @@ class _Now(NamedTuple):
     chi: float
 
 
-class _Search:
+class Search:
     """A search for the values that explain readings best."""
 
-    def __init__(self, problem: Problem, shape: str, names: tuple[str, ...]) -> None:
+    def __init__(self, problem: Problem, shape: Shape, names: tuple[str, ...]) -> None:
         self.problem, self.shape, self.names = problem, shape, names
         self.recorded = problem.band.smooth(problem.band.passing.readings)
         self.along = _along(len(self.recorded))
@@ -270,20 +273,20 @@ class _Search:
         self.limits = np.array([problem.spread.get(name, LONGEST_STEP) for name in names])
         self.limits[[name in PLACES for name in names]] = FARTHEST
 
-    def at(self, values: dict[str, float], gains: FloatArray, zeros: FloatArray) -> _Now:
+    def at(self, values: dict[str, float], gains: FloatArray, zeros: FloatArray) -> Now:
         """Return what is left of the readings with these values."""
         problem = self.problem
         smooth = problem.read(values, self.shape)
-        left = problem.weights.over(problem.band.taken(self.recorded - _told(smooth, gains, zeros)))
+        left = problem.weights.over(problem.band.taken(self.recorded - told_readings(smooth, gains, zeros)))
         known = self.deviations(values, gains, zeros)
         chi = left @ problem.weights.weighed(left) + (known**2 * self.precision).sum()
-        return _Now(values, gains, zeros, smooth, left, float(chi))
+        return Now(values, gains, zeros, smooth, left, float(chi))
 
     def deviations(self, values: Values, gains: FloatArray, zeros: FloatArray) -> FloatArray:
         """Return how far all that is free is from what was known before."""
         return np.concatenate([[self.problem.apart(name, values[name]) for name in self.names], gains - 1.0, zeros])
 
-    def change(self, now: _Now, name: str) -> FloatArray:
+    def change(self, now: Now, name: str) -> FloatArray:
         """Return how compared readings change with a value, N."""
         problem, passing = self.problem, self.problem.band.passing
         if name in (ADVANCE, SPEED):  # the same readings, earlier
@@ -294,7 +297,7 @@ class _Search:
         changed = problem.read(moved(now.values, name, step), self.shape)
         return problem.band.taken((changed - now.smooth) / step)
 
-    def corrected(self, columns: Mapping[str, FloatArray], now: _Now, after: _Now) -> dict[str, FloatArray]:
+    def corrected(self, columns: Mapping[str, FloatArray], now: Now, after: Now) -> dict[str, FloatArray]:
         """Return derivatives that explain how readings changed by a step, changed as little as that takes (Broyden)."""
         pairs = [(after.values[name], now.values[name], name in PLACES) for name in self.names]
         step = np.array([new - old if place else np.log(new / old) for new, old, place in pairs])
@@ -303,7 +306,7 @@ class _Search:
         share = step / self.limits**2 / max(float(((step / self.limits) ** 2).sum()), 1e-30)
         return {**columns, **{name: columns[name] + missed * by for name, by in zip(self.names, share, strict=True)}}
 
-    def jacobian(self, now: _Now, columns: Mapping[str, FloatArray]) -> FloatArray:
+    def jacobian(self, now: Now, columns: Mapping[str, FloatArray]) -> FloatArray:
         """Return the derivatives of the model's readings, over their deviations."""
         band = self.problem.band
         gains = np.repeat(now.gains, band.counts)
@@ -312,14 +315,14 @@ class _Search:
         of_values = np.stack([columns[name] * gains for name in self.names], axis=1)
         return self.problem.weights.over(np.concatenate([of_values, *beside], axis=1))
 
-    def normal(self, now: _Now, jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def normal(self, now: Now, jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the curvature of χ²/2, and its slope downhill."""
         weighed = self.problem.weights.weighed(np.column_stack([jacobian, now.left]))
         curvature = jacobian.T @ weighed[:, :-1] + np.diag(self.precision)
         known = self.deviations(now.values, now.gains, now.zeros)
         return curvature, jacobian.T @ weighed[:, -1] - self.precision * known
 
-    def stepped(self, now: _Now, change: FloatArray) -> _Now | None:
+    def stepped(self, now: Now, change: FloatArray) -> Now | None:
         """Return where a step leads; None where there is no such wheel."""
         free, count = len(self.names), len(now.gains)
         values = now.values

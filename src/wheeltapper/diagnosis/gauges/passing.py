@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.flat import WheelFlat
+from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor.along import BetweenPlaces
 from wheeltapper.describe.sensor.base import ANTI_ALIAS
@@ -114,6 +116,37 @@ def passing_without_readings(
     return Passing(tuple(sensors), rate, nothing, beside_gauges(sensors, x), float(x[0]), speed, force, noise)
 
 
+@dataclass(frozen=True, eq=False)
+class Tread:
+    """A tread of free shape.
+
+    Attributes
+    ----------
+    deviations
+        From a circle, m, at equal angles of a turn; missing material is negative. Between them runs a spline.
+    place
+        Where along the track angle zero meets the rail, m.
+    """
+
+    deviations: FloatArray
+    place: float
+
+    @property
+    def angles(self) -> FloatArray:
+        """Of the deviations, rad."""
+        return 2.0 * pi * np.arange(len(self.deviations)) / len(self.deviations)
+
+    def irregularity(self, begins: float, radius: float) -> Irregularity:
+        """Return it on a wheel of a radius, in a run that begins at a place, both in m."""
+        at = (self.place - begins) % (2.0 * pi * radius)
+        places, heights = tuple(self.angles.tolist()), tuple(self.deviations.tolist())
+        return OutOfRound(places=places, deviations=heights, over="angle", position=at)
+
+
+Shape = str | Tread
+"""Of a wheel: "fresh" or "rounded", of a flat whose length and place are among the values, or a tread."""
+
+
 @dataclass(eq=False)
 class Runs:
     """Runs of a model of a passing wheel.
@@ -140,26 +173,28 @@ class Runs:
         """Return where along the track a run begins, m."""
         return self.passing.place + values[ADVANCE] - values[SPEED] * self.passing.lead / self.passing.rate
 
-    def scenario(self, values: Values, shape: str) -> Scenario:
+    def scenario(self, values: Values, shape: Shape) -> Scenario:
         """Return a wheel with these values; its x counts from `start`."""
         own = {path: value for path, value in values.items() if "." in path}
         begins, track = self.start(values), self.scene.track
         changed = self.scene.replaced({**own, SPEED: values[SPEED]})
         mass, radius = float(changed.vehicle.mass), float(changed.vehicle.radius)
-        flats = []
-        if values.get(LENGTH, 0.0) > 0.0:
+        flaws: list[Irregularity] = []
+        if isinstance(shape, Tread):
+            flaws = [shape.irregularity(begins, radius)]
+        elif values.get(LENGTH, 0.0) > 0.0:
             turn = 2.0 * pi * radius
             first = (values[POSITION] - begins) % turn
             first += turn if first < values[LENGTH] else 0.0
-            flats = [WheelFlat(length=values[LENGTH], position=first, shape=shape)]
+            flaws = [WheelFlat(length=values[LENGTH], position=first, shape=shape)]
         samples = self.passing.lead + len(self.passing.readings)
         return changed.replaced({
             "vehicle.load": values[FORCE] - mass * float(changed.vehicle.gravity),
             "track.first_sleeper": (float(track.first_sleeper) - begins) % float(track.spacing),
-            "irregularity": flats, "duration": samples / self.passing.rate,
+            "irregularity": flaws, "duration": samples / self.passing.rate,
         })  # fmt: skip
 
-    def record(self, values: Values, shape: str) -> Record:
+    def record(self, values: Values, shape: Shape) -> Record:
         """Return a run."""
         key = shape, tuple(sorted(values.items()))
         if key not in self._records:
@@ -169,7 +204,7 @@ class Runs:
                 self._records.pop(next(iter(self._records)))
         return self._records[key]
 
-    def readings(self, values: Values, shape: str) -> FloatArray:
+    def readings(self, values: Values, shape: Shape) -> FloatArray:
         """Return what the sensors would have recorded of a run, N, (samples, sensors); see `forces`."""
         key = shape, tuple(sorted(values.items()))
         if key not in self._readings:
@@ -180,19 +215,31 @@ class Runs:
             self._readings[key] = whole[passing.lead :][: len(passing.readings)]
         return self._readings[key]
 
-    def forces(self, values: Values, shape: str) -> FloatArray:
+    def forces(self, values: Values, shape: Shape) -> FloatArray:
         """Return the contact's force in a run, N, at the samples and at those of the run-in before.
 
         It is what the filter of the recorder would leave: impacts are shorter than a sample.
         """
         key = shape, tuple(sorted(values.items()))
         if key not in self._forces:
-            rate, finer = self.passing.rate, oversampled(self.passing.rate)
-            times = np.arange(finer * (self.passing.lead + len(self.passing.readings))) / (finer * rate)
-            record = self.record(values, shape)
-            fine = record._lowered.forces(record._march, times)[:, 0]
-            self._forces[key] = recorded(fine, rate, self.passing.highest)
+            self._forces[key] = self.sampled(self.fine_forces(values, shape))
         return self._forces[key]
+
+    def fine_forces(self, values: Values, shape: Shape) -> FloatArray:
+        """Return the same `finer` times as often, with all that is in them."""
+        samples = self.finer * (self.passing.lead + len(self.passing.readings))
+        times = np.arange(samples) / (self.finer * self.passing.rate)
+        record = self.record(values, shape)
+        return np.asarray(record._lowered.forces(record._march, times)[:, 0])
+
+    @property
+    def finer(self) -> int:
+        """How many forces to a sample the recorder's filter takes."""
+        return oversampled(self.passing.rate)
+
+    def sampled(self, fine: FloatArray) -> FloatArray:
+        """Return values at samples, from those `finer` times as often."""
+        return recorded(fine, self.passing.rate, self.passing.highest)
 
 
 def _moved(sensor: BetweenPlaces, by: float, number: int, passing: Passing) -> BetweenPlaces:

@@ -63,15 +63,31 @@ class Responses(NamedTuple):
 
         `stiffness` is that of the contact about its static force, N/m, `mass` that of the wheel, kg.
         """
+        return np.asarray(1.0 / (1.0 / stiffness + self.giving(frequencies, mass)))
+
+    def giving(self, frequencies: FloatArray, mass: float) -> ComplexArray:
+        """Return by how much rail and wheel come apart per force between them, m/N, (frequencies, PLACES + 1)."""
         lower, share = self._between(frequencies)
         under = (1.0 - share)[:, None] * self.under[lower] + share[:, None] * self.under[lower + 1]
         inertia = 1.0 / (mass * (2.0 * np.pi * np.maximum(frequencies, LOWEST)) ** 2)
-        return np.asarray(1.0 / (1.0 / stiffness + under - inertia[:, None]))
+        return np.asarray(under - inertia[:, None])
+
+    def giving_at_all(self, frequencies: FloatArray, mass: float) -> ComplexArray:
+        """Return `giving` also above the known frequencies: there, a rail gives way as a beam does, with f^-1.5."""
+        known = np.minimum(frequencies, self.frequencies[-1])
+        inertia = [1.0 / (mass * (2.0 * np.pi * np.maximum(f, LOWEST)) ** 2) for f in (known, frequencies)]
+        beyond = np.where(frequencies > known, known / np.maximum(frequencies, LOWEST), 1.0) ** 1.5
+        rail = self.giving(known, mass) + inertia[0][:, None]
+        return np.asarray(rail * beyond[:, None] - inertia[1][:, None])
+
+    def between_places(self, x: FloatArray) -> tuple[NDArray[np.int64], FloatArray]:
+        """Return between which of the PLACES of a bay places are, and where."""
+        place, share = np.divmod(np.mod((x - self.seat) / self.spacing, 1.0) * PLACES, 1.0)
+        return np.minimum(place.astype(np.int64), PLACES - 1), share
 
     def at_places(self, values: ComplexArray, x: FloatArray) -> ComplexArray:
         """Return values from one seat to the next, (frequencies, PLACES + 1), at places, (frequencies, places)."""
-        place, share = np.divmod(np.mod((x - self.seat) / self.spacing, 1.0) * PLACES, 1.0)
-        lower = np.minimum(place.astype(int), PLACES - 1)
+        lower, share = self.between_places(x)
         return np.asarray((1.0 - share) * values[:, lower] + share * values[:, lower + 1])
 
     def readings(self, frequencies: FloatArray, x: FloatArray, half: float = 1e-6) -> ComplexArray:

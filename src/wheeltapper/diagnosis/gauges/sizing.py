@@ -17,14 +17,15 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.alarms import PEAKS
 from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
 from wheeltapper.diagnosis.finding import HEALTHY
-from wheeltapper.diagnosis.gauges.fit import Fit, Problem, fitted
+from wheeltapper.diagnosis.gauges.fit import Fit, Problem, fitted, told_readings
+from wheeltapper.diagnosis.gauges.free_shape import FreeShape, free_shape, refined, started
 from wheeltapper.diagnosis.gauges.known import CONTACT, MASS, RADIUS, Known
-from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
+from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs, Shape
 from wheeltapper.diagnosis.gauges.responses import Responses, responses_of
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
 from wheeltapper.diagnosis.gauges.scan import NEEDED, SCREENED, Candidate, Scan, Seen
 from wheeltapper.diagnosis.gauges.transfer import Transfer
-from wheeltapper.diagnosis.gauges.verdicts import NAMES, alike_of
+from wheeltapper.diagnosis.gauges.verdicts import EXPLAINED, NAMES, alike_of
 from wheeltapper.diagnosis.gauges.weighing import Band, Weights, band_of
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.march.common.blocks import algebra_on_one_thread
@@ -43,15 +44,22 @@ MODEL_ERROR, SMOOTHED = 0.04, 0.004
 """This part of a flat's own readings, averaged over so many seconds, is error of the model."""
 OWN_LENGTH = 0.025
 """Standard deviation of a length that is error of the model, over the length."""
-ROUNDS, UNSETTLED = 2, 1.2
+UNSETTLED = 1.2
 """A fit whose χ² is more than this times the number of readings is made once more, from where it has come to."""
+ROUNDS = 2
+"""So often a tread is fitted, with weights that belong to it."""
 FINER = 4
 """Forces that are shown are so many to a sample."""
 SMALLEST = 0.015
 """A flat is at least so long, m: else a wheel counts as healthy."""
-HOPELESS = 600.0
-"""A shape that begins with the track that was fitted with the other one, and whose χ² is so much more, over the reduced
-χ², is not fitted further."""
+ASKED, ODD, LIKELY, BETTER = 1.3, 1.3, 200.0, 0.25
+"""A tread of free shape is asked for if χ² of a reading is more than the first with the best flat, or without one more
+than the second. It is told if its first evidence exceeds that of flats and waves by so much, of wheels without a flaw
+it is at most 62, and if it explains this part of χ² more than a flat that leaves less than EXPLAINED."""
+HOPELESS = (600.0, 150.0)
+"""A shape whose χ² exceeds the other's by so much, over the reduced χ², is not fitted by all values, nor once more."""
+PROMISING = 50.0
+"""Flats that lower χ² by less, fitted by the values that come first, are not fitted further."""
 OTHERWISE, STEP = 0.2, 0.1
 """Answers of the track are linear in its values' logarithms as long as these change by less than this; their slopes
 come from a change by so much."""
@@ -98,7 +106,9 @@ class Sized:
     runs
         How many runs it took.
     shown
-        What the best flat does; None of a wheel that counts as healthy.
+        What the best flat does, or the tread of free shape; None of a wheel that counts as healthy.
+    free
+        The tread of free shape that explains what no flat and no waves do; None where they explain it.
     """
 
     fits: Mapping[str, Fit]
@@ -106,6 +116,7 @@ class Sized:
     seen: Seen
     runs: int
     shown: ModelPassage | None = None
+    free: FreeShape | None = None
 
     @property
     def best(self) -> Fit | None:
@@ -119,6 +130,18 @@ class Sized:
         if not self.fits and not self.seen.is_round:
             return OutOfRoundWheel.name
         return HEALTHY if self.best is None else NAMES[self.best.shape]
+
+    @property
+    def flaw(self) -> Fit | FreeShape | None:
+        """What is told: the tread of free shape if there is one, or the best flat."""
+        return self.free or self.best
+
+    @property
+    def leaves_much(self) -> bool:
+        """Whether it is worth asking for a tread of free shape."""
+        if self.best is not None:
+            return self.best.chi > ASKED * self.best.readings
+        return self.seen.gain > SCREENED or self.seen.reduced > ODD
 
     @property
     def alike(self) -> tuple[str, ...]:
@@ -185,22 +208,68 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen |
     coarse = cache(lambda: coarse_problem(runs, values, known.spread, gain_spread))  # none where nothing is fitted
     if seen is None:
         seen = Scan(coarse(), values).seen(passing.readings, passing.used)
-    if seen.candidates[0].gain < SCREENED or not seen.is_round:
-        return Sized({}, seen.gain, seen, runs.count)
-    worn = [path for path in known.spread if path == RADIUS]
+    sized = Sized({}, seen.gain, seen, runs.count)
+    if seen.candidates[0].gain >= SCREENED and seen.is_round:
+        sized = _flats_of(coarse, seen, before)
+    return _with_free_shape(coarse(), sized) if sized.leaves_much else sized
+
+
+def _flats_of(coarse: Callable[[], Problem], seen: Seen, before: Sized | None) -> Sized:
+    """Return a wheel with the flats that explain its readings best."""
+    problem = coarse()
+    runs = problem.runs
+    worn = [path for path in problem.spread if path == RADIUS]
     first = (LENGTH, POSITION, *worn, FORCE, ADVANCE, SPEED)
     if before is None or not before.fits:
-        start = _found(coarse(), seen, values, first)
+        start = _found(problem, seen, problem.known, first)
         begun = {shape: {**start, LENGTH: longer * start[LENGTH]} for shape, longer in LONGER.items()}
     else:
         begun = {shape: fit.values for shape, fit in before.fits.items()}
-    fine = problem_of(runs, values, known.spread, gain_spread, min(HIGHEST, passing.highest), at=begun["fresh"])
-    fits = _fits(fine, begun, first, [path for path in known.spread if path not in worn])
-    best = min(fits.values(), key=lambda one: one.misfit)
-    flawless = {name: value for name, value in best.values.items() if name not in (LENGTH, POSITION)}
-    without = fitted(_weighed(fine, best.values, best.shape), flawless, best.shape, (FORCE, ADVANCE, SPEED), steps=2)
-    sized = Sized(fits, without.chi - best.chi, seen, runs.count)
-    return sized if sized.best is None else replace(sized, shown=_shown(runs, sized.best))
+    fine = _fine(problem, begun["fresh"])
+    fits = {shape: _refitted(fine, values, shape, first) for shape, values in begun.items()}
+    best, gain = _best_with_gain(fine, fits)
+    if gain > PROMISING:
+        fits = _fits(fine, fits, first, [path for path in problem.spread if path not in worn])
+        best, gain = _best_with_gain(fine, fits)
+    sized = Sized(fits, gain, seen, runs.count)
+    if sized.best is None:
+        return sized
+    read = sized.best.told(runs.readings(best.values, best.shape))
+    return replace(sized, shown=_shown(runs, best.values, best.shape, read))
+
+
+def _with_free_shape(coarse: Problem, sized: Sized) -> Sized:
+    """Return a wheel with the tread of free shape that explains it, or as it is where that explains no more."""
+    runs, best, highest = coarse.runs, sized.best, min(HIGHEST, coarse.runs.passing.highest)
+    begun = started(coarse, coarse.known, highest)
+    if begun.estimate.evidence < max(sized.seen.gain, 0.0) + LIKELY:
+        return sized
+    worn = [path for path in coarse.spread if path == RADIUS]
+    names = [*worn, FORCE, ADVANCE, SPEED, *(path for path in coarse.spread if path not in worn)]
+    flat = best if best is not None and best.chi < EXPLAINED * best.readings else None
+    for _ in range(ROUNDS):  # weights belong to the tread
+        fine = _weighed(_fine(coarse, begun.values), begun.values, begun.tread)
+        found = refined(fine, begun, names)
+        if flat is not None and found.now.chi > (1.0 - BETTER) * flat.chi:
+            return replace(sized, runs=runs.count)
+        begun = begun._replace(values=found.now.values, tread=found.tread, estimate=found.estimate)
+    free = free_shape(fine, found, _flawless(fine, begun.values))
+    if flat is not None and free.misfit > flat.misfit - BETTER * flat.chi:
+        return replace(sized, runs=runs.count)
+    read = told_readings(runs.readings(free.values, free.tread), free.gains, free.zeros)
+    return replace(sized, free=free, runs=runs.count, shown=_shown(runs, free.values, free.tread, read))
+
+
+def _fine(coarse: Problem, at: Mapping[str, float]) -> Problem:
+    """Return readings up to the highest frequency, of a wheel that is known to be near some values."""
+    runs = coarse.runs
+    return problem_of(runs, coarse.known, coarse.spread, coarse.gain_spread, min(HIGHEST, runs.passing.highest), at=at)
+
+
+def _flawless(problem: Problem, values: Mapping[str, float]) -> Fit:
+    """Return the fit of a wheel without a flaw, near some values."""
+    own = {name: value for name, value in values.items() if name not in (LENGTH, POSITION)}
+    return fitted(problem, own, "fresh", (FORCE, ADVANCE, SPEED), steps=2)
 
 
 def _found(coarse: Problem, seen: Seen, values: dict[str, float], names: Sequence[str]) -> dict[str, float]:
@@ -211,25 +280,29 @@ def _found(coarse: Problem, seen: Seen, values: dict[str, float], names: Sequenc
     return min(tried, key=lambda one: one.chi).values
 
 
-def _fits(
-    fine: Problem, begun: Mapping[str, Mapping[str, float]], first: Sequence[str], more: Sequence[str]
-) -> dict[str, Fit]:
-    """Return flats of both shapes: fitted by the values that come `first`, and then by all."""
-    starts = {shape: _refitted(fine, values, shape, first) for shape, values in begun.items()}
+def _best_with_gain(fine: Problem, fits: Mapping[str, Fit]) -> tuple[Fit, float]:
+    """Return the better flat, and by how much it lowers χ² of a wheel without a flaw."""
+    best = min(fits.values(), key=lambda one: one.misfit)
+    return best, _flawless(_weighed(fine, best.values, best.shape), best.values).chi - best.chi
+
+
+def _fits(fine: Problem, starts: Mapping[str, Fit], first: Sequence[str], more: Sequence[str]) -> dict[str, Fit]:
+    """Return flats of both shapes, fitted by all values; they start where the values that come `first` have led."""
     fits = dict[str, Fit]()
-    for shape, start in sorted(starts.items(), key=lambda one: one[1].misfit):
-        fit, rounds = start, ROUNDS
+    for shape, fit in sorted(starts.items(), key=lambda one: one[1].misfit):
         for one in fits.values():  # the other shape begins where the better one has come to
             like = {**one.values, LENGTH: one.values[LENGTH] * LONGER[shape] / LONGER[one.shape]}
             fine = near(fine, like)
             fit = _refitted(fine, like, shape, first)
-            rounds = 0 if fit.misfit > one.misfit + HOPELESS * max(1.0, one.chi / one.readings) else ROUNDS
-        for _ in range(rounds):
+        columns = fit.columns
+        for hopeless in HOPELESS:
+            if any(fit.misfit > one.misfit + hopeless * max(1.0, one.chi / one.readings) for one in fits.values()):
+                break
             fine = near(fine, fit.values)
-            fit = _refitted(fine, fit.values, shape, (*first, *more), steps=10, known=fit.columns)
+            fit = _refitted(fine, fit.values, shape, (*first, *more), steps=10, known=columns)
             if fit.chi < UNSETTLED * fit.readings and near(fine, fit.values) is fine:
                 break
-            fit = fit._replace(columns={})
+            columns = {name: fit.columns[name] for name in more}  # readings are nearly linear in these
         fits[shape] = fit
     return fits
 
@@ -242,19 +315,19 @@ def _refitted(
     return fitted(_weighed(problem, values, shape), values, shape, names, steps, known)
 
 
-def _shown(runs: Runs, fit: Fit) -> ModelPassage:
-    """Return what a fitted wheel does."""
-    passing, record = runs.passing, runs.record(fit.values, fit.shape)
+def _shown(runs: Runs, values: Mapping[str, float], shape: Shape, read: FloatArray) -> ModelPassage:
+    """Return what a fitted wheel does, of which sensors would have `read` so much, N."""
+    passing, record = runs.passing, runs.record(values, shape)
     rate, first = FINER * passing.rate, passing.lead / passing.rate
     times = np.arange(FINER * (passing.lead + len(passing.readings))) / rate
     force = np.asarray(record.at(times[times <= record.end]).normal_force)
     begins = FINER * passing.lead
     peaks = record.peaks.normal_force.values[record.peaks.time.values >= first]
     window = force[begins:]
-    x = np.asarray(passing.place + fit.values[ADVANCE] + fit.values[SPEED] * np.arange(len(window)) / rate)
+    x = np.asarray(passing.place + values[ADVANCE] + values[SPEED] * np.arange(len(window)) / rate)
     largest = max(float(window.max()), float(peaks.max(initial=0.0)))
     below = float(low_passed(force, rate, PEAKS)[begins:].max())
-    return ModelPassage(x, window, largest, below, fit.told(runs.readings(fit.values, fit.shape)))
+    return ModelPassage(x, window, largest, below, read)
 
 
 def _with_flat(values: Mapping[str, float], one: Candidate, worn: bool) -> dict[str, float]:
@@ -321,10 +394,10 @@ def responses_around(passing: Passing, scene: Scenario) -> Responses:
     return responses_of(section_of(scene.track), places, first, last)._replace(seat=seat)
 
 
-def _weighed(problem: Problem, values: Mapping[str, float], shape: str) -> Problem:
-    """Return a problem with weights that allow for error of the model where a flat has readings of its own."""
+def _weighed(problem: Problem, values: Mapping[str, float], shape: Shape) -> Problem:
+    """Return a problem with weights that allow for error of the model where a flaw has readings of its own."""
     band = problem.band
-    own = problem.read(values, shape) - problem.read({**values, LENGTH: 0.0}, shape)
+    own = problem.read(values, shape) - problem.read({**values, LENGTH: 0.0}, "fresh")
     error = MODEL_ERROR * band.taken(size_of(own, band.passing.rate))
     return problem._replace(weights=Weights(np.hypot(band.deviations(band.noise), error), problem.rough))
 

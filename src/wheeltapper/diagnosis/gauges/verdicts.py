@@ -16,12 +16,16 @@ from wheeltapper.diagnosis.gauges.orders import OutOfRound
 
 NAMES = {flat.shape: flat.name for flat in (FreshFlat, RoundedFlat)}
 """Of the faults, by the shapes of flats."""
+OTHER = "other"
+"""Name of a tread of free shape among what is likely."""
 TOLD, OF_READINGS = 60.0, 0.03
 """Fresh and rounded flats are told from each other where χ² differs by so much, and by this part of the number of
 readings, over the reduced χ² of the better one. Of fresh flats of 29 to 42 mm at 24 to 30 m/s, with roughness, the
 rounded one was better by up to 250, or 4 % of the readings."""
 TEMPER = 10.0
 """Differences of χ² count this part of themselves in probabilities: the model errs by more than noise does."""
+EXPLAINED = 3.0
+"""The largest χ² of a reading that a model leaves. Flats from another program, on another track, left 0.9 to 1.7."""
 INTERVAL = 1.645
 """Half of an interval of 90 %, in standard deviations."""
 
@@ -58,9 +62,14 @@ def alike_of(fits: Iterable[Fitted], best: Fitted) -> tuple[str, ...]:
 
 def probabilities_of(fits: Iterable[Fitted], best: Fitted, gain: float) -> dict[str, float]:
     """Return the probabilities of flats and of "healthy", the largest first; the best lowers χ² by `gain`."""
-    scale = 2.0 * TEMPER * max(1.0, best.chi / best.readings)
-    odds = {NAMES[one.shape]: exp((best.misfit - one.misfit) / scale) for one in fits}
-    odds[HEALTHY] = exp(-min(gain, 1e4) / scale)
+    misfits = {NAMES[one.shape]: one.misfit for one in fits} | {HEALTHY: best.misfit + gain}
+    return odds_of(misfits, best.chi / best.readings)
+
+
+def odds_of(misfits: Mapping[str, float], reduced: float) -> dict[str, float]:
+    """Return the probabilities of what leaves these misfits, the largest first; the least leaves a `reduced` χ²."""
+    least, scale = min(misfits.values()), 2.0 * TEMPER * max(1.0, reduced)
+    odds = {name: exp(-min(misfit - least, 1e4) / scale) for name, misfit in misfits.items()}
     total = sum(odds.values())
     return {name: value / total for name, value in sorted(odds.items(), key=lambda item: -item[1])}
 

@@ -137,14 +137,20 @@ class Freed:
         Of the readings.
     free
         Columns of readings, over their deviations, (readings, columns).
+    precision
+        One over the variances of their factors before the readings.
     """
 
-    def __init__(self, weights: Weights, free: FloatArray) -> None:
+    def __init__(self, weights: Weights, free: FloatArray, precision: FloatArray | float = 1e-6) -> None:
         self._weights, self._free = weights, free
         self._tied = weights.weighed(free)
-        self._inverse = np.linalg.inv(free.T @ self._tied + 1e-6 * np.eye(free.shape[1]))
+        self._inverse = np.linalg.inv(free.T @ self._tied + precision * np.eye(free.shape[1]))
 
     def weighed(self, over: FloatArray) -> FloatArray:
         """Return the inverse of the covariance, with what is free in it, times readings over their deviations."""
         held = self._weights.weighed(over)
         return np.asarray(held - self._tied @ (self._inverse @ (self._free.T @ held)))
+
+    def factors(self, over: FloatArray) -> FloatArray:
+        """Return the factors of what is free that explain readings best."""
+        return np.asarray(self._inverse @ (self._tied.T @ over))

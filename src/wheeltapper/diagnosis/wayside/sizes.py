@@ -21,6 +21,7 @@ from wheeltapper.describe.sensor.base import ANTI_ALIAS
 from wheeltapper.describe.sensor.rail_shear_force import RailShearForce
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.gauges.finding import WheelFinding
+from wheeltapper.diagnosis.gauges.free_shape import FreeShape
 from wheeltapper.diagnosis.gauges.known import Known, known_of
 from wheeltapper.diagnosis.gauges.passing import (
     BEYOND,
@@ -217,20 +218,21 @@ class Wheels:
         return scan.seen(*at_places(passing, scan.band.passing.x), share)
 
     def keep(self, axle: int, sized: Sized) -> None:
-        """Let neighbours know the flat of a wheel."""
-        best = sized.best
-        if best is None:
+        """Let neighbours know the flat of a wheel, or its tread."""
+        flaw = sized.flaw
+        if flaw is None:
             self.beside.pop(axle, None)
             self.flats.pop(axle, None)
             return
         (window, _), (own, times) = self._window(axle, BEYOND + REACH), self._window(axle, BEYOND)
-        earlier = best.values[SPEED] * (own.start - window.start) / self.rail.rate
+        earlier = flaw.values[SPEED] * (own.start - window.start) / self.rail.rate
         x = self._x(axle, times[:1]) - earlier
         wide = self._passing(axle, x, self.rail.forces[window], ~self.rail.missing[window])
         runs = Runs(wide, self.rail.known.scene)
-        flat = runs.readings(best.values, best.shape) - runs.readings({**best.values, LENGTH: 0.0}, best.shape)
-        self.beside[axle] = window, flat * best.gains
-        self.flats[axle] = best.values[LENGTH], best.chi / best.readings
+        added = runs.readings(flaw.values, flaw.shape) - runs.readings({**flaw.values, LENGTH: 0.0}, "fresh")
+        self.beside[axle] = window, added * flaw.gains
+        length = flaw.parts[0].length if isinstance(flaw, FreeShape) else flaw.values[LENGTH]
+        self.flats[axle] = length, flaw.chi / flaw.readings
 
     def is_whole(self, axle: int) -> bool:
         """Return whether a wheel was recorded from before the first gauge to behind the last, and weighed."""
