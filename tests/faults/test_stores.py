@@ -365,6 +365,7 @@ def offspring(parent):
 
 
 @pytest.mark.slow
+@pytest.mark.whole
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="finds the workers in /proc")
 def test_twenty_kills_of_workers_and_drivers_leave_the_same_bits(tmp_path):
     study = written(tmp_path, count=3000, chunk=40, gradient="true")

@@ -59,6 +59,7 @@ def test_the_best_of_all_small_layouts_is_found():
 
 
 @pytest.mark.slow
+@pytest.mark.whole
 def test_exchange_finds_nearly_the_best_of_all_layouts_of_three_pairs_in_ten_cribs():
     """It is the third of 120, and 0.25 % above the best."""
     here = judge(10, True)
@@ -128,6 +129,7 @@ def test_the_worst_tenth_may_be_the_criterion():
 
 
 @pytest.mark.slow
+@pytest.mark.whole
 def test_six_pairs_are_better_in_every_second_crib_than_in_every_crib():
     """The ratio at other places of the flat than those of the search, by the whole covariance."""
     found = wt.design_site(first_pair_alone())

@@ -279,6 +279,7 @@ def passages(lengths, seed):
 
 
 @pytest.mark.slow
+@pytest.mark.whole
 def test_growth_of_a_flat_that_is_fitted_again_and_again():
     lengths = [*np.linspace(0.034, 0.0396, 8), 0.0, 0.0, 0.0, 0.0]
     trains = passages(lengths, 1)

@@ -385,6 +385,7 @@ def bias_of_peaks(length, speed=20.0, rate=20e3, **track):
 
 
 @pytest.mark.slow
+@pytest.mark.whole
 def test_peaks_between_near_gauges_are_those_of_the_contact():
     light, heavy, soft = {"rail_mass_per_metre": 49.0}, {"rail_mass_per_metre": 75.0}, {"pad": 6e7, "ballast": 4e7}
     cases = [(0.2, {}), (0.3, {}), (0.4, {}), (0.2, light), (0.2, heavy), (0.2, soft), (0.4, light), (0.4, heavy)]
