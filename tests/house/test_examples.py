@@ -53,7 +53,7 @@ SCRIPTS = {
 }
 
 
-LONG = ("bouncing_for_ever.py", "rough_rail.py")
+LONG = ("bouncing_for_ever.py", "rough_rail.py", "week_of_traffic.py")
 """Scripts that take more than five seconds."""
 # Study: a feature, and its mean over the cells.
 STUDIES = {
@@ -63,7 +63,7 @@ STUDIES = {
 }
 # Site: a recording made there, its verdict, and the fault's size.
 SITES = {"site.toml": ("deck_flat.csv.gz", "wheel flat", 0.04)}
-DETECTORS = {"detector.toml": ("rail shear force", 6)}
+DETECTORS = {"detector.toml": ("rail shear force", 6), "week.toml": ("rail shear force", 8)}
 
 
 @pytest.mark.parametrize("name", DETECTORS)
