@@ -30,7 +30,7 @@ MENTION = re.compile(r"(?<!,\s)\bsection\s+(\d+\.\d+)")  # after a comma: of a p
 LIST = re.compile(r"^\.\. kinds:: (\w+)$", re.MULTILINE)
 RUN = "pip install uv && uv run wheeltapper run examples/wheel_flat.toml"
 TEST = "pip install uv && uv run pytest"
-DEAR = {"diagnosis.rst", "orbits.rst", "wagon.rst", "wear.rst"}
+DEAR = {"diagnosis.rst", "orbits.rst", "wagon.rst", "wear.rst", "week.rst"}
 """Pages whose code takes seconds."""
 
 

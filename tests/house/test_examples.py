@@ -44,6 +44,7 @@ SCRIPTS = {
     "rough_rail.py": (r"over a sleeper: the largest difference is ([\d.]+) dB", 5.1),
     "measured_flat.py": (r"lands at ([\d.]+) m", 0.5273),
     "flat_across_the_tread.py": (r"as the rail feels it: ([\d.]+) mm", 1.138),
+    "week_of_traffic.py": (r"2026-11-08T06-41: the largest reading is ([\d.]+) kN", 145.7),
     "lectures/contact_resonance.py": (r"largest force at ([\d.]+) m/s, by the formula at 9.00", 9.00),
     "lectures/hertz_impact.py": (r"over Hertz's formula: ([\d.]+)", 1.0193),
     "lectures/hunting.py": (r"wavelength ([\d.]+) m, by Klingel 16.505", 16.505),
@@ -52,7 +53,7 @@ SCRIPTS = {
 }
 
 
-LONG = ("bouncing_for_ever.py", "rough_rail.py")
+LONG = ("bouncing_for_ever.py", "rough_rail.py", "week_of_traffic.py")
 """Scripts that take more than five seconds."""
 # Study: a feature, and its mean over the cells.
 STUDIES = {
@@ -62,7 +63,7 @@ STUDIES = {
 }
 # Site: a recording made there, its verdict, and the fault's size.
 SITES = {"site.toml": ("deck_flat.csv.gz", "wheel flat", 0.04)}
-DETECTORS = {"detector.toml": ("rail shear force", 6)}
+DETECTORS = {"detector.toml": ("rail shear force", 6), "week.toml": ("rail shear force", 8)}
 
 
 @pytest.mark.parametrize("name", DETECTORS)

@@ -183,6 +183,27 @@ def test_models_are_refused_where_the_site_has_none():
 
 
 @pytest.mark.slow
+def test_flats_on_own_recordings_have_their_lengths_at_33_metres_a_second():
+    """What is simulated and what is fitted pass the same filter of the recorder."""
+    moved = [one.model_copy(update={"x1": one.x1 + 6.0, "x2": one.x2 + 6.0}) for one in site().sensors]
+    place, found = site().replaced({"sensors": moved}), []
+    for first in (0.4, 1.3, 2.2):
+        passing = known_of(site()).scene.replaced({
+            "vehicle.load": 7e4, "speed": 33.0, "duration": 0.45, "track.first_sleeper": 0.0,
+            "irregularity": [wt.WheelFlat(length=0.04, position=first)],
+        })  # fmt: skip
+        noise = np.random.default_rng(1)
+        seen = {
+            name: replace(one, samples=one.samples + 500.0 * noise.standard_normal(len(one.samples)))
+            for name, one in wt.simulate(passing).recordings(place).items()
+        }
+        (train,) = measure_trains(seen, place, diagnosed="suspicious")
+        found.append(train.wheels[1, None].sizes["wheel flat"][0])
+        print(f"{1e3 * found[-1]:.2f} mm, struck at {first:g} m")
+    assert found == pytest.approx([0.04] * 3, rel=0.025)  # the error of the model that a length is told with
+
+
+@pytest.mark.slow
 def test_commands_tell_and_draw_a_flat_that_strikes_beside_the_gauges(tmp_path, capsys):
     passing = known_of(site()).scene.replaced({
         "vehicle.load": 6.4e4, "speed": 20.0, "duration": 0.75, "track.first_sleeper": 0.0,

@@ -178,7 +178,8 @@ class Calibration:
 
     def __str__(self) -> str:
         """Return a line for each value."""
-        lines = [f"{self.wheels} healthy wheels of {self.trains} trains", *map(str, self.learned)]
+        compared = f"{self.wheels} healthy wheels of " if self.stated.track is not None else ""
+        lines = [f"{compared}{self.trains} trains", *map(str, self.learned)]
         return "\n".join([*lines, *map(str, self.drift), *self.notes])
 
 
