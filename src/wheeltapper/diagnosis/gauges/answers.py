@@ -48,7 +48,8 @@ class Answers:
         stiffness = contact_stiffness(values[CONTACT], 1.0) * np.cbrt(force)
         self._stiffness = np.maximum(runs.sampled(stiffness), 0.0)
         self._x: FloatArray = runs.start(values) + values[SPEED] * np.arange(count) / rate
-        giving = problem.responses.giving_at_all(np.fft.rfftfreq(count + AFTER, 1.0 / rate), values[MASS])
+        frequencies: FloatArray = np.asarray(np.fft.rfftfreq(count + AFTER, 1.0 / rate), dtype=np.float64)
+        giving = problem.responses.giving_at_all(frequencies, values[MASS])
         kernels = np.fft.irfft(giving, count + AFTER, axis=0)
         lower, share = problem.responses.between_places(self._x)
         lag = (np.arange(count)[:, None] - np.arange(count)) % (count + AFTER)

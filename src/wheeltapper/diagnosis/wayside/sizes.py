@@ -227,8 +227,8 @@ class Wheels:
         x = self._x(axle, times[:1]) - earlier
         wide = self._passing(axle, x, self.rail.forces[window], ~self.rail.missing[window])
         runs = Runs(wide, self.rail.known.scene)
-        own = runs.readings(flaw.values, flaw.shape) - runs.readings({**flaw.values, LENGTH: 0.0}, "fresh")
-        self.beside[axle] = window, own * flaw.gains
+        added = runs.readings(flaw.values, flaw.shape) - runs.readings({**flaw.values, LENGTH: 0.0}, "fresh")
+        self.beside[axle] = window, added * flaw.gains
         length = flaw.parts[0].length if isinstance(flaw, FreeShape) else flaw.values[LENGTH]
         self.flats[axle] = length, flaw.chi / flaw.readings
 
