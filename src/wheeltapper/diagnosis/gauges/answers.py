@@ -47,8 +47,8 @@ class Answers:
         self._off_rail, self._speed = float((force == 0.0).mean()), values[SPEED]
         stiffness = contact_stiffness(values[CONTACT], 1.0) * np.cbrt(force)
         self._stiffness = np.maximum(runs.sampled(stiffness), 0.0)
-        self._x: FloatArray = np.asarray(runs.start(values) + values[SPEED] * np.arange(count) / rate)
-        frequencies = np.asarray(np.fft.rfftfreq(count + AFTER, 1.0 / rate), dtype=np.float64)
+        self._x = np.asarray(runs.start(values) + values[SPEED] * np.arange(count) / rate, dtype=float)
+        frequencies = np.fft.rfftfreq(count + AFTER, 1.0 / rate).astype(np.float64)
         giving = problem.responses.giving_at_all(frequencies, values[MASS])
         kernels = np.fft.irfft(giving, count + AFTER, axis=0)
         lower, share = problem.responses.between_places(self._x)
