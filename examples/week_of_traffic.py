@@ -63,7 +63,12 @@ def wheel(side, speed, load, seed, flat=None):
         mass=MASS, load=1e3 * load - MASS * 9.81, stiffness=0.0, damping=0.0, radius=site.radius, wheels=1
     )
     scene = wt.Scenario(
-        vehicle=vehicle, track=track, speed=speed, duration=(AHEAD + BEHIND) / speed, irregularity=[*flats, *rough]
+        vehicle=vehicle,
+        track=track,
+        contact=wt.Hertz(curvature=False),  # a constant, as fits of wheels have it
+        speed=speed,
+        duration=(AHEAD + BEHIND) / speed,
+        irregularity=[*flats, *rough],
     )
     moved = [
         one.model_copy(update={"x1": one.x1 + AHEAD, "x2": one.x2 + AHEAD, "gain": gain})
