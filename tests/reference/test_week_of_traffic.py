@@ -42,6 +42,7 @@ def test_only_the_wheel_with_a_flat_has_one_and_it_has_its_length():
 
 
 @pytest.mark.slow
+@pytest.mark.whole
 def test_the_report_finds_what_is_kept(tmp_path):
     own = ["--site", str(EXAMPLES / "week.toml"), "--output", str(tmp_path), "--workers", "1"]
     assert main(["report", str(EXAMPLES / "data" / "week"), *own, "--diagnosed", "suspicious"]) == 0
