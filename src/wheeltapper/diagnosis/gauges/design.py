@@ -22,6 +22,7 @@ from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 
 from wheeltapper.describe.sensor.rail_shear_force import RailShearForce
 from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.faults.wheel_flat import FreshFlat
 from wheeltapper.diagnosis.gauges.fit import covariance_of
 from wheeltapper.diagnosis.gauges.foreseen import Flat, Foreseen
 from wheeltapper.diagnosis.gauges.passing import BEYOND
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 GAUGES: dict[str, Any] = {
-    "number": 6, "cribs": 12, "flats": {"wheel flat": 0.03}, "static_force": FORCE, "noise": NOISE,
+    "number": 6, "cribs": 12, "flats": {FreshFlat.name: 0.03}, "static_force": FORCE, "noise": NOISE,
     "criterion": "root mean square", "front": (), "rates": (),
 }  # fmt: skip
 """What pairs of gauges may be on the rail, if nothing else is said: see `design_site`."""
