@@ -313,9 +313,9 @@ def test_half_a_coach_has_the_derivatives_of_a_bogie():
     load = float(wt.simulate(coach).static_forces[0].sum())
     bogie = wt.Scenario(vehicle=wt.vehicles.Bogie(wheel_load=load, **NUMBERS), **common)
     sensors = [
-        wt.sensors.ContactForce(name="both", side="left", x1=-3.0, x2=0.7, rate=RATE),
-        wt.sensors.ContactForce(name="front", side="left", x1=0.02, x2=0.5, rate=RATE),
-    ]
+        wt.sensors.ContactForce(name="both", side="left", x1=-3.0, x2=0.7, rate=RATE, anti_alias=False),
+        wt.sensors.ContactForce(name="front", side="left", x1=0.02, x2=0.5, rate=RATE, anti_alias=False),
+    ]  # a filter would spread what differences of runs tell wrongly where a wheel passes an end
     paths = ["speed", "irregularity.0.amplitude"]
     own, exact = wt.gradient(coach, sensors, paths), wt.gradient(bogie, sensors, paths, method="strict")
     for one in sensors:
