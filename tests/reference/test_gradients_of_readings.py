@@ -347,6 +347,7 @@ def test_a_site_is_asked_with_its_own_seats():
         (along_track()[:1], "sensors.pair.side", "a field that holds a quantity"),
         (along_track()[2:3], "sensors.pad.seat", "a field that holds a quantity"),
         ([wt.sensors.PadForce(name="pad", x=0.6)], "sensors.pad.x", "the place of a seat, which stays where it is"),
+        ([wt.sensors.PadForce(name="pad", x=0.6)], "sensors.pad.rate", "with which the times of readings change"),
         (along_track()[:1], "duration", "on which no reading at a given time depends"),
         ([*along_track()[:1], *along_track(5e3)[1:2]], "speed", "rate: found sensors of 2 rates"),
         ([*along_track()[:1], "largest_force"], "speed", "sensors.1: found 'largest_force'"),

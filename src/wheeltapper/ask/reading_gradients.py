@@ -134,7 +134,7 @@ def reading_gradients(scenario: Scenario, given: Sensors, parameters: Sequence[s
         raise InputError("", "name", repr(taken[0]), f"another name than {', '.join(TAKEN)}")
     for path, change in changes_of(record, of_scenario).items():
         found = recordings(change, readings.linear)
-        readings.slopes[readings.parameters.index(path)] = [one.samples for one in found.values()]
+        readings.slopes[_at(readings, path)] = [one.samples for one in found.values()]
     for number, path in enumerate(readings.parameters):
         if path not in of_scenario:
             _differentiate_sensor(readings, number)
@@ -185,6 +185,8 @@ def _differentiate_sensor(readings: _Readings, number: int) -> None:
     assert asked is not None
     row, field, value = asked
     sensor = [*readings.sensors.values()][row]
+    if field == "rate":
+        raise InputError("", path, "the rate, with which the times of readings change", "another field")
     if isinstance(sensor, AtSeat) and field == "x":
         raise InputError("", path, "the place of a seat, which stays where it is", "another field")
     begin = value - NEAR if field in sensor.place_words.split() else 0.0
