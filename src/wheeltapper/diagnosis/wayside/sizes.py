@@ -43,6 +43,9 @@ from wheeltapper.diagnosis.wayside.wheels import Side
 from wheeltapper.record.assessment.filtering import RECORDER_ORDER, low_passed
 
 FloatArray = NDArray[np.float64]
+UNFILTERED = (
+    "strikes fold back into what a recorder without a filter samples; the model takes it to filter as others do"
+)
 REACH = 9.0
 """Other wheels are felt from so far beyond where a wheel is fitted, m."""
 OTHERS = 0.15
@@ -308,6 +311,8 @@ def with_sizes(found: Measured, site: Site, which: Diagnosed) -> Measured:
         if side.side not in rails or not np.isfinite(side.mean).any():
             continue
         wheels = Wheels(rails[side.side], found.passage, side.mean)
+        if any(one.anti_alias is False for one in wheels.rail.sensors):
+            notes.append(f"{side.side or 'both rails'}: {UNFILTERED}")
         cut = [axle + 1 for axle in range(len(side.mean)) if not wheels.is_whole(axle)]
         if cut:
             where = f"{axles_text(cut)} {side.side or ''}".rstrip()
