@@ -23,10 +23,11 @@ from tests.wayside import (
     Wheel,
 )
 from wheeltapper.diagnosis.gauges.finding import WheelFinding
+from wheeltapper.diagnosis.gauges.fit import moved
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
 from wheeltapper.diagnosis.gauges.responses import responses_of
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
-from wheeltapper.diagnosis.gauges.sizing import Known, sized_flat
+from wheeltapper.diagnosis.gauges.sizing import Known, problem_of, sized_flat, values_of
 from wheeltapper.diagnosis.gauges.transfer import Transfer
 from wheeltapper.diagnosis.gauges.weighing import band_of
 from wheeltapper.ground.errors import InputError
@@ -125,12 +126,25 @@ def test_readings_of_a_force_are_those_of_the_whole_run(speed):
     found = transfer.of(runs.forces(smooth, "fresh"))
     assert np.sqrt(np.mean((found - level)[passing.used] ** 2)) < 70.0  # N, of 80 kN; noise has 300 N
     for values in ({}, {ADVANCE: 0.004}, {SPEED: 1.002 * speed}):
-        flat = {**smooth, LENGTH: 0.04, POSITION: 1.0, **values}
+        own = {**smooth, LENGTH: 0.04, POSITION: 1.0}
+        flat = {**own, **values}
         beside = exact({**flat, LENGTH: 0.0})
         strikes = exact(flat) - beside
-        found = transfer.of(runs.forces(flat, "fresh"), flat) - beside
+        found = transfer.retimed(transfer.of(runs.forces(own, "fresh")), flat) - beside
         off = np.sqrt(np.mean((found - strikes)[passing.used] ** 2) / np.mean(strikes[passing.used] ** 2))
         assert off < 0.06
+
+
+def test_readings_on_a_track_that_is_a_little_stiffer_are_linear_in_it():
+    """A problem's readings near its anchor against a run on the other track."""
+    runs, values = Runs(passing_at(22.0), SCENE), values_of(passing_at(22.0), Known(SCENE, SPREAD))
+    values |= {LENGTH: 0.04, POSITION: 1.0}
+    problem = problem_of(runs, values, SPREAD, np.full(len(PAIRS), 0.05), 800.0)
+    other = moved(values, "track.pad_stiffness", 0.05)
+    stiffer, as_known = (problem.band.smooth(runs.readings(one, "fresh")) for one in (other, values))
+    off = problem.read(other, "fresh") - problem.read(values, "fresh") - (stiffer - as_known)
+    used = problem.band.passing.used
+    assert np.sqrt(np.mean(off[used] ** 2)) < 0.1 * np.sqrt(np.mean((stiffer - as_known)[used] ** 2))
 
 
 def passing_at(speed):

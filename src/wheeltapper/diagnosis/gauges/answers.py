@@ -32,7 +32,7 @@ class Answers:
     Parameters
     ----------
     problem
-        The wheel's readings; its `transfer` is that of these values.
+        The wheel's readings; its anchor is near these values.
     values
         Of the wheel and the track.
     tread
@@ -40,7 +40,7 @@ class Answers:
     """
 
     def __init__(self, problem: Problem, values: Values, tread: Tread) -> None:
-        self._problem, self._tread = problem, tread
+        self._problem, self._tread, values = problem, tread, problem.anchored(values)
         runs, passing, rate = problem.runs, problem.band.passing, problem.band.passing.rate
         count = passing.lead + len(passing.readings)
         force = np.maximum(runs.fine_forces(values, tread), 0.0)
@@ -72,7 +72,7 @@ class Answers:
         each = CubicSpline(ends, np.eye(places + 1, places) + np.eye(places + 1, places, -places), bc_type="periodic")
         height = each(touching(self._tread, radius, (self._x - self._tread.place) / radius))
         force = lu_solve(self._closed, self._stiffness[:, None] * height, check_finite=False)
-        transfer = self._problem.transfer
+        transfer = self._problem.anchor.transfer
         return transfer.of_spectra(transfer.spectra(force))
 
 

@@ -1,7 +1,7 @@
 """A wheel's flat by least squares: Gauss's and Newton's steps, with exact runs as values.
 
-Readings follow from the forces of runs by `Transfer`. What sensors read of a force changes with the track, too: that is
-taken to be linear in the logarithms of its values.
+Readings follow from the forces of runs by `Transfer`. Runs are made on one track and at one speed, of an `Anchor`, so
+that they share what they need of the track. Readings are linear in the logarithms of the track's values near these.
 
 Theory: docs/theory/gauges.rst, section 16.4.
 """
@@ -23,6 +23,7 @@ from wheeltapper.diagnosis.gauges.passing import (
     SPEED,
     Runs,
     Shape,
+    Tread,
     Values,
 )
 from wheeltapper.diagnosis.gauges.responses import Responses
@@ -112,15 +113,33 @@ class Fit(NamedTuple):
         return told_readings(readings, self.gains, self.zeros)
 
 
+class Anchor(NamedTuple):
+    """A track, and how a wheel moves along it, for which readings follow from runs; others near it are linear.
+
+    Attributes
+    ----------
+    at
+        Its values.
+    transfer, slopes
+        From forces to readings there, and how that changes with the logarithms of the track's values, by name.
+    kept
+        How readings change with these, with the forces of the first run for which it was asked: by name and by the
+        kind of the wheel.
+    """
+
+    at: Mapping[str, float]
+    transfer: Transfer
+    slopes: Callable[[], Mapping[str, Transfer]]
+    kept: dict[tuple[str, str], FloatArray]
+
+
 class Problem(NamedTuple):
     """A wheel's readings in a band, and what is known before.
 
     Attributes
     ----------
-    runs, band, responses, transfer, weights, rough
+    runs, band, responses, anchor, weights, rough
         Of the wheel and the track; what roughness adds to readings, as in `Weights`.
-    at, slopes
-        The values to which `transfer` belongs, and how it changes with the logarithms of the track's values, by name.
     known
         Values before, by name.
     spread
@@ -132,9 +151,7 @@ class Problem(NamedTuple):
     runs: Runs
     band: Band
     responses: Responses
-    transfer: Transfer
-    at: Mapping[str, float]
-    slopes: Callable[[], Mapping[str, Transfer]]
+    anchor: Anchor
     weights: Weights
     rough: FloatArray
     known: dict[str, float]
@@ -150,14 +167,31 @@ class Problem(NamedTuple):
 
     def read(self, values: Values, shape: Shape) -> FloatArray:
         """Return what sensors would have recorded of a run, after the low-pass, N, (samples, sensors)."""
-        forces = self.runs.forces(values, shape)
-        found = [share * transfer.of(forces, values) for share, transfer in self.transfers(values)]
-        return np.asarray(sum(found[1:], start=found[0]))
+        transfer = self.anchor.transfer
+        read = transfer.of(self.runs.forces(self.anchored(values), shape))
+        for name, by in self.away(values).items():
+            read = read + by * self.slope(values, shape, name)
+        return transfer.retimed(read, values)
 
-    def transfers(self, values: Values) -> list[tuple[float, Transfer]]:
-        """Return operators of which readings on the track of these values are a sum, each with its factor."""
-        away = {name: float(np.log(values[name] / self.at[name])) for name in self.track}
-        return [(1.0, self.transfer), *((by, self.slopes()[name]) for name, by in away.items() if by != 0.0)]
+    def anchored(self, values: Values) -> dict[str, float]:
+        """Return the values of the run from which the readings of a wheel follow."""
+        return {**values, **{name: self.anchor.at[name] for name in (*self.track, *AT_ONCE)}}
+
+    def away(self, values: Values) -> dict[str, float]:
+        """Return how far the track's values are from those of the runs, as logarithms, by name; only where they are."""
+        away = {name: float(np.log(values[name] / self.anchor.at[name])) for name in self.track}
+        return {name: by for name, by in away.items() if by != 0.0}
+
+    def slope(self, values: Values, shape: Shape, name: str) -> FloatArray:
+        """Return how the readings of an anchored run change with the logarithm of a value of the track, N."""
+        kind = "tread" if isinstance(shape, Tread) else shape if values.get(LENGTH, 0.0) > 0.0 else "round"
+        transfer, kept = self.anchor.transfer, self.anchor.kept
+        if (name, kind) not in kept:
+            own = self.anchored(values)
+            force, changed = (self.runs.forces(one, shape) for one in (own, moved(own, name, TRACK_STEP)))
+            by_force = transfer.of((changed - force) / TRACK_STEP)
+            kept[name, kind] = by_force + self.anchor.slopes()[name].of(force)
+        return kept[name, kind]
 
     @property
     def track(self) -> list[str]:
@@ -293,17 +327,22 @@ class Search:
             slope = np.gradient(now.smooth, axis=0) * passing.rate
             by = 1.0 / now.values[SPEED] if name == ADVANCE else passing.seconds[:, None]
             return problem.band.taken(slope * by)
-        step = STEPS.get(name, TRACK_STEP if name in problem.track else 2e-3)
+        if name in problem.track:
+            slope = problem.slope(now.values, self.shape, name)
+            return problem.band.taken(problem.anchor.transfer.retimed(slope, now.values))
+        step = STEPS.get(name, 2e-3)
         changed = problem.read(moved(now.values, name, step), self.shape)
         return problem.band.taken((changed - now.smooth) / step)
 
     def corrected(self, columns: Mapping[str, FloatArray], now: Now, after: Now) -> dict[str, FloatArray]:
         """Return derivatives that explain how readings changed by a step, changed as little as that takes (Broyden)."""
+        linear = (*self.problem.track, *AT_ONCE)
         pairs = [(after.values[name], now.values[name], name in PLACES) for name in self.names]
         step = np.array([new - old if place else np.log(new / old) for new, old, place in pairs])
         changed = self.problem.band.taken(after.smooth - now.smooth)
         missed = changed - sum(columns[name] * by for name, by in zip(self.names, step.tolist(), strict=True))
-        share = step / self.limits**2 / max(float(((step / self.limits) ** 2).sum()), 1e-30)
+        over = np.where([name in linear for name in self.names], 0.0, step / self.limits)
+        share = over / self.limits / max(float((over**2).sum()), 1e-30)
         return {**columns, **{name: columns[name] + missed * by for name, by in zip(self.names, share, strict=True)}}
 
     def jacobian(self, now: Now, columns: Mapping[str, FloatArray]) -> FloatArray:

@@ -165,10 +165,13 @@ class Foreseen:
 
     def _added(self, problem: Problem, values: dict[str, float], flat: Flat, places: FloatArray) -> FloatArray:
         """Return what a flat at places adds to compared readings, N, (readings, places)."""
-        strikes = Strikes(self.runs, values, problem.transfer, flat.length, flat.shape)
+        strikes = Strikes(self.runs, values, problem.anchor.transfer, flat.length, flat.shape)
         end, turn = float(self.runs.passing.x[-1]), 2.0 * np.pi * values[RADIUS]
         spectra = np.stack([strikes.at(np.arange(place, end, turn)) for place in places], axis=1)
-        return np.asarray(sum(share * one.of_spectra(spectra) for share, one in problem.transfers(values)))
+        added = problem.anchor.transfer.of_spectra(spectra)
+        for name, by in problem.away(values).items():
+            added = added + by * problem.anchor.slopes()[name].of_spectra(spectra)
+        return added
 
     def _level(self, problem: Problem, values: dict[str, float]) -> FloatArray:
         return problem.band.taken(problem.read(values, "fresh"))

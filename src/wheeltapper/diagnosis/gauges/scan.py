@@ -121,7 +121,7 @@ class Scan:
     """
 
     def __init__(self, problem: Problem, values: Values) -> None:
-        runs, band, transfer = problem.runs, problem.band, problem.transfer
+        runs, band, transfer = problem.runs, problem.band, problem.anchor.transfer
         passing, speed, radius = runs.passing, values[SPEED], float(runs.scene.vehicle.radius)
         self.band, self.weights = band, problem.weights
         self.level = problem.read(values, "fresh")

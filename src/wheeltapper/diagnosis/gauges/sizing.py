@@ -17,7 +17,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.alarms import PEAKS
 from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
 from wheeltapper.diagnosis.finding import HEALTHY
-from wheeltapper.diagnosis.gauges.fit import Fit, Problem, fitted, told_readings
+from wheeltapper.diagnosis.gauges.fit import Anchor, Fit, Problem, fitted, told_readings
 from wheeltapper.diagnosis.gauges.free_shape import FreeShape, free_shape, refined, started
 from wheeltapper.diagnosis.gauges.known import CONTACT, MASS, RADIUS, Known
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs, Shape
@@ -63,6 +63,8 @@ PROMISING = 50.0
 OTHERWISE, STEP = 0.2, 0.1
 """Answers of the track are linear in its values' logarithms as long as these change by less than this; their slopes
 come from a change by so much."""
+FASTER = 1e-3
+"""Runs at another speed are the same, but for when places are passed, as long as it differs by less than this share."""
 APART = 0.05
 """A wheel is where it was measured up to so many m."""
 LONGER = {"fresh": 1.0, "rounded": 1.3}
@@ -353,22 +355,20 @@ def problem_of(
     stiffness = contact_stiffness(values[CONTACT], values[FORCE])
     rough = rough_columns(band, responses, stiffness, values[MASS])
     weights = Weights(band.deviations(deviation or band.noise), rough)
-    transfers = _transfers(runs, band, at or values, spread)
-    return Problem(runs, band, responses, *transfers, weights, rough, values, spread, gain_spread)
+    anchor = _anchor(runs, band, at or values, spread)
+    return Problem(runs, band, responses, anchor, weights, rough, values, spread, gain_spread)
 
 
 def near(problem: Problem, values: Mapping[str, float]) -> Problem:
-    """Return a problem whose readings hold near other values of the track: itself, if they do already."""
-    if all(abs(np.log(values[name] / problem.at[name])) < OTHERWISE for name in problem.track):
+    """Return a problem whose readings hold near other values of the track and another speed: itself, if they do."""
+    apart = {SPEED: abs(np.log(values[SPEED] / problem.anchor.at[SPEED])), **problem.away(values)}
+    if all(abs(by) < (FASTER if name == SPEED else OTHERWISE) for name, by in apart.items()):
         return problem
-    transfer, at, slopes = _transfers(problem.runs, problem.band, values, problem.spread)
-    return problem._replace(transfer=transfer, at=at, slopes=slopes)
+    return problem._replace(anchor=_anchor(problem.runs, problem.band, values, problem.spread))
 
 
-def _transfers(
-    runs: Runs, band: Band, values: Mapping[str, float], spread: Mapping[str, float]
-) -> tuple[Transfer, Mapping[str, float], Callable[[], Mapping[str, Transfer]]]:
-    """Return what a problem has of its `transfer`, where it belongs `at`, and its `slopes`."""
+def _anchor(runs: Runs, band: Band, values: Mapping[str, float], spread: Mapping[str, float]) -> Anchor:
+    """Return where runs are made: on a track and at a speed of these values."""
     names = [name for name in spread if name.startswith("track.")]
     scene = runs.scene.replaced({name: values[name] for name in names})
     responses = responses_around(runs.passing, scene)
@@ -381,7 +381,7 @@ def _transfers(
             out[name] = Transfer(band, responses.change_to(other, STEP), values)
         return out
 
-    return Transfer(band, responses, values), values, slopes
+    return Anchor(values, Transfer(band, responses, values), slopes, {})
 
 
 def responses_around(passing: Passing, scene: Scenario) -> Responses:

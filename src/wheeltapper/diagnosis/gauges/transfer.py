@@ -43,8 +43,7 @@ class Transfer:
     responses
         Of the track.
     values
-        Of the wheel: its speed and where it is. Those of forces may differ by so little that they change nothing but
-        when the wheel is at a place.
+        Of the wheel: its speed and where it is.
     """
 
     def __init__(self, band: Band, responses: Responses, values: Values) -> None:
@@ -70,26 +69,21 @@ class Transfer:
         whole = np.fft.rfftfreq(self._count, 1.0 / passing.rate)
         self.frequencies = whole[whole < PASSED * cutoff]
 
-    def of(self, forces: FloatArray, values: Values | None = None) -> FloatArray:
-        """Return the readings after the low-pass, N, (samples, sensors).
-
-        Parameters
-        ----------
-        forces
-            At the samples of a run, N.
-        values
-            Of the wheel, where its speed or its place differ.
-        """
+    def of(self, forces: FloatArray) -> FloatArray:
+        """Return the readings after the low-pass, N, (samples, sensors), of forces at the samples of a run, N."""
         passing, every = self.band.passing, self._every
-        ahead, speed = (0.0, self._speed) if values is None else (values[ADVANCE] - self._advance, values[SPEED])
-        other = ahead != 0.0 or speed != self._speed
-        if other:  # the same places are passed at other times
-            times = np.arange(-passing.lead, len(passing.readings)) / passing.rate
-            forces = _at(times, forces * self._speed / speed, (self._speed * times - ahead) / speed)
         taken = self._taken(forces if every == 1 else low_passed(forces, passing.rate, 0.45 * passing.rate / every, 8))
         rows = np.stack([part @ taken for part in self._parts], axis=1)
-        found = rows if every == 1 else resample_poly(rows, every, 1)[: len(passing.readings)]
-        return _at(passing.seconds, found, (ahead + speed * passing.seconds) / self._speed) if other else found
+        return rows if every == 1 else resample_poly(rows, every, 1)[: len(passing.readings)]
+
+    def retimed(self, readings: FloatArray, values: Values) -> FloatArray:
+        """Return readings of a wheel that passes the same places at a slightly other speed, or earlier."""
+        ahead, speed = values[ADVANCE] - self._advance, values[SPEED]
+        if ahead == 0.0 and speed == self._speed:
+            return readings
+        seconds = self.band.passing.seconds
+        at = np.clip((ahead + speed * seconds) / self._speed, seconds[0], seconds[-1])
+        return np.asarray(CubicSpline(seconds, readings)(at))
 
     def spectra(self, forces: FloatArray) -> ComplexArray:
         """Return what `of_spectra` takes, (frequencies, ...), of forces at the samples of a run, N, (samples, ...)."""
@@ -111,8 +105,3 @@ class Transfer:
 def _divisor(number: int, most: float) -> int:
     """Return the largest divisor of a number that is not larger than another number, or 1."""
     return max(one for one in range(1, number + 1) if number % one == 0 and one <= max(1.0, most))
-
-
-def _at(times: FloatArray, values: FloatArray, other: FloatArray) -> FloatArray:
-    """Return what values are at other times; beyond an end as there."""
-    return np.asarray(CubicSpline(times, values)(np.clip(other, times[0], times[-1])))

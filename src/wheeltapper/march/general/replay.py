@@ -111,11 +111,7 @@ def rows_until(found: Found, contact: int, end: float) -> Parts:
 def rows_of(found: Found, contact: int, first: int = 0, last: int | None = None) -> Parts:
     """Return the logged parts of a contact, from a macro step on and up to another one, that included."""
     q = found.prepared.method.nodes
-    rows = found.logs.rows
-    if last is not None:
-        begin, end = np.searchsorted(rows["step"], [first, last + 1])
-        rows = rows[begin:end]
-    rows = rows[rows["contact"] == contact]
+    rows = _logged(found, contact, first, last)
     counts = rows["nodes"].astype(int)
     theta, pace = np.zeros((2, len(rows), layout.MOST_NODES))
     total = np.zeros((len(rows), q))
@@ -128,8 +124,17 @@ def rows_of(found: Found, contact: int, first: int = 0, last: int | None = None)
         total[some] = np.einsum("rk,rkm->rm", nodes.weights * pace[some, :count] * force[some, :count], powers)
     steps = rows["step"]
     summed = np.cumsum(total, axis=0) - total
-    first = np.searchsorted(steps, steps)
-    return Parts(rows, steps + rows["from"], theta, pace, force, summed - summed[first], total)
+    begins = np.searchsorted(steps, steps)
+    return Parts(rows, steps + rows["from"], theta, pace, force, summed - summed[begins], total)
+
+
+def _logged(found: Found, contact: int, first: int, last: int | None) -> Rows:
+    """Return the logged rows of a contact, from a macro step on and up to another one, that included."""
+    rows = found.logs.rows
+    if last is not None:
+        begin, end = np.searchsorted(rows["step"], [first, last + 1])
+        rows = rows[begin:end]
+    return rows[rows["contact"] == contact]
 
 
 def mapped(rows: Rows, places: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -162,11 +167,7 @@ STILL = 1e-6
 
 def _sampled(rows: Parts, step: IntArray, theta: FloatArray, pulls: bool) -> At:
     q = rows.total.shape[1]
-    index = np.searchsorted(rows.starts, step + theta, side="right") - 1
-    index = np.clip(index, np.searchsorted(rows.starts, step), np.searchsorted(rows.starts, step + 1.0) - 1)
-    sigma = np.zeros(len(theta))
-    sigmas_of(theta, index, rows.rows, sigma)
-    sigma = np.clip(sigma, 0.0, 1.0)
+    index, sigma = _places_in(rows.rows, rows.starts, step, theta)
     (force, rate, bend), moments = np.zeros((3, len(theta))), rows.before[index]
     counts = rows.rows["nodes"][index].astype(int)
     for count in np.unique(counts[counts > 1]):
@@ -188,6 +189,28 @@ def _sampled(rows: Parts, step: IntArray, theta: FloatArray, pulls: bool) -> At:
         changes = np.einsum("jk,skm->sjm", nodes.transform, rates)
         moments[some] += np.einsum("sj,sjm->sm", _integrated(values), changes)
     return At(force if pulls else np.maximum(force, 0.0), rate, bend, moments)
+
+
+def _places_in(rows: Rows, starts: FloatArray, step: IntArray, theta: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return in which row of a contact each time is, and σ there."""
+    index = np.searchsorted(starts, step + theta, side="right") - 1
+    index = np.clip(index, np.searchsorted(starts, step), np.searchsorted(starts, step + 1.0) - 1)
+    sigma = np.zeros(len(theta))
+    sigmas_of(theta, index, rows, sigma)
+    return index, np.clip(sigma, 0.0, 1.0)
+
+
+def _sampled_force(rows: Rows, step: IntArray, theta: FloatArray, pulls: bool) -> FloatArray:
+    """Return the force of a contact alone, as `_sampled` does."""
+    index, sigma = _places_in(rows, rows["step"] + rows["from"], step, theta)
+    force, counts = np.zeros(len(theta)), rows["nodes"].astype(int)
+    for count in np.unique(counts[counts > 1]).tolist():
+        own, some = counts == count, np.flatnonzero(counts[index] == count)
+        coefficients = np.zeros((len(rows), count))
+        coefficients[own] = rows["forces"][own, :count] @ gauss_nodes(count).transform.T
+        values = np.asarray(legendre.legvander(2.0 * sigma[some] - 1.0, count - 1), dtype=float)
+        force[some] = (coefficients[index[some]] * values).sum(axis=1)
+    return force if pulls else np.maximum(force, 0.0)
 
 
 def pace_at(rows: Rows, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -226,8 +249,9 @@ def forces(found: Found, times: FloatArray) -> FloatArray:
     step, theta = _places(found, times)
     out = np.empty((len(times), len(found.prepared.system.contacts)))
     for some, part in found.by_stretch(step):
-        at = _sampled_contacts(part, step[some], theta[some])
-        out[some] = np.stack([one.force for one in at], axis=1)
+        first, last = int(step[some].min()), int(step[some].max())
+        for i, pulls in enumerate(_which_pull(part)):
+            out[some, i] = _sampled_force(_logged(part, i, first, last), step[some], theta[some], pulls)
     return out * found.prepared.units.force
 
 
@@ -247,8 +271,13 @@ def replay(found: Found, times: FloatArray) -> Replayed:
 
 def _sampled_contacts(found: Found, step: IntArray, theta: FloatArray) -> list[At]:
     first, last = int(step.min()), int(step.max())
-    pulls = [contact.law.kind in (TWO_SIDED, FREE_PLAY, *SWITCHING) for contact in found.prepared.system.contacts]
-    return [_sampled(rows_of(found, i, first, last), step, theta, pulls[i]) for i in range(len(pulls))]
+    pull = enumerate(_which_pull(found))
+    return [_sampled(rows_of(found, i, first, last), step, theta, pulls) for i, pulls in pull]
+
+
+def _which_pull(found: Found) -> list[bool]:
+    """Return which contacts can pull."""
+    return [contact.law.kind in (TWO_SIDED, FREE_PLAY, *SWITCHING) for contact in found.prepared.system.contacts]
 
 
 def _replayed(found: Found, times: FloatArray, step: IntArray, theta: FloatArray) -> tuple[FloatArray, ...]:

@@ -7,6 +7,7 @@ starts in equilibrium was in it before, and is read from its beginning (docs/dec
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import atan, ceil, log, pi, sin, tan
 
 import numpy as np
@@ -76,13 +77,21 @@ def low_passed(samples: FloatArray, rate: float, cutoff: float, order: int = 4, 
         Whether the first value held before. Beyond the other end, and before where this is False, the samples are
         mirrored: a guess, in which a force goes on around its mean.
     """
-    from scipy.signal import butter, sosfiltfilt
+    from scipy.signal import sosfiltfilt
 
-    sections = butter(order // 2, _corner(rate, cutoff, order), fs=rate, output="sos")
+    sections = _sections(rate, cutoff, order)
     beyond = min(len(samples), ceil(PADDED * settling_time(cutoff, order) * rate))
     before = np.repeat(samples[:1], beyond, axis=0) if at_rest else samples[:beyond][::-1]
     padded = np.concatenate([before, samples, samples[len(samples) - beyond :][::-1]])
     return np.asarray(sosfiltfilt(sections, padded, axis=0, padlen=0))[beyond : beyond + len(samples)]
+
+
+@lru_cache(maxsize=64)
+def _sections(rate: float, cutoff: float, order: int) -> FloatArray:
+    """Return the filter that runs each way, as sections of second order."""
+    from scipy.signal import butter
+
+    return np.asarray(butter(order // 2, _corner(rate, cutoff, order), fs=rate, output="sos"))
 
 
 def _corner(rate: float, cutoff: float, order: int) -> float:
