@@ -17,7 +17,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.alarms import PEAKS
 from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
 from wheeltapper.diagnosis.finding import HEALTHY
-from wheeltapper.diagnosis.gauges.fit import Anchor, Fit, Problem, fitted, told_readings
+from wheeltapper.diagnosis.gauges.fit import TRACK_STEP, Anchor, Fit, Problem, fitted, told_readings
 from wheeltapper.diagnosis.gauges.free_shape import FreeShape, free_shape, refined, started
 from wheeltapper.diagnosis.gauges.known import CONTACT, MASS, RADIUS, Known
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs, Shape
@@ -60,9 +60,8 @@ HOPELESS = (600.0, 150.0)
 """A shape whose χ² exceeds the other's by so much, over the reduced χ², is not fitted by all values, nor once more."""
 PROMISING = 50.0
 """Flats that lower χ² by less, fitted by the values that come first, are not fitted further."""
-OTHERWISE, STEP = 0.2, 0.1
-"""Answers of the track are linear in its values' logarithms as long as these change by less than this; their slopes
-come from a change by so much."""
+OTHERWISE = 0.2
+"""Answers of the track are linear in its values' logarithms as long as these change by less than this."""
 FASTER = 1e-3
 """Runs at another speed are the same, but for when places are passed, as long as it differs by less than this share."""
 APART = 0.05
@@ -377,8 +376,8 @@ def _anchor(runs: Runs, band: Band, values: Mapping[str, float], spread: Mapping
     def slopes() -> dict[str, Transfer]:
         out = {}
         for name in names:
-            other = responses_around(runs.passing, scene.replaced({name: values[name] * float(np.exp(STEP))}))
-            out[name] = Transfer(band, responses.change_to(other, STEP), values)
+            other = responses_around(runs.passing, scene.replaced({name: values[name] * float(np.exp(TRACK_STEP))}))
+            out[name] = Transfer(band, responses.change_to(other, TRACK_STEP), values)
         return out
 
     return Anchor(values, Transfer(band, responses, values), slopes, {})
