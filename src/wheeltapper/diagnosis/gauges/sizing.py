@@ -60,7 +60,7 @@ HOPELESS = (600.0, 150.0)
 """A shape whose χ² exceeds the other's by so much, over the reduced χ², is not fitted by all values, nor once more."""
 PROMISING = 50.0
 """Flats that lower χ² by less, fitted by the values that come first, are not fitted further."""
-OTHERWISE = 0.2
+OTHERWISE = 0.05
 """Answers of the track are linear in its values' logarithms as long as these change by less than this."""
 FASTER = 1e-3
 """Runs at another speed are the same, but for when places are passed, as long as it differs by less than this share."""
