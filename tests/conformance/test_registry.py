@@ -290,6 +290,7 @@ def test_a_new_file_in_a_room_is_all_that_a_new_kind_needs(tmp_path):
     assert done.stdout.split() == ["True", "True"], done.stderr
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "and_of", "outcome"),

@@ -111,6 +111,7 @@ def test_a_full_disk_and_a_place_that_others_can_write_end_a_filling_with_a_sent
         assert done.stderr == f"{said}each process compiles its own\n"
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="kills by signals")
 def test_kills_of_fillings_and_removals_leave_a_place_that_works(tmp_path):

@@ -136,6 +136,7 @@ def test_damaged_files_are_read_or_refused(tmp_path):
     assert 0 < survived(tmp_path, 1, 104) < 104
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("seed", range(2, 6))

@@ -152,6 +152,7 @@ def test_mutated_records_are_refused_or_answer(tmp_path, saved):
     assert set(found[len(whole) :]) == {"answered", "refused"}
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "seed"), [(kind, seed) for seed, kind in enumerate(MAKERS)])
 def test_many_mutated_records_are_refused_or_answer(tmp_path, saved, kind, seed):
@@ -159,6 +160,7 @@ def test_many_mutated_records_are_refused_or_answer(tmp_path, saved, kind, seed)
     assert len(answered(paths)) == len(paths)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "version"), EARLIER)
 def test_mutated_records_of_earlier_formats_are_refused_or_answer(tmp_path, kind, version):

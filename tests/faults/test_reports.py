@@ -466,6 +466,7 @@ KILLS = int(os.environ.get("WHEELTAPPER_KILLS", "10"))
 """Of the command; each costs a start of a process."""
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="file systems elsewhere refuse such names")
 def test_every_recording_is_answered_once_however_often_the_command_is_killed(tmp_path):
@@ -617,6 +618,7 @@ def swapped(channels, rng):
 MUTILATIONS = [cut, drifting, ten_times, without_signs, swapped]
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_two_hundred_mutilated_recordings_have_honest_rows(tmp_path):
     folder, expected = tmp_path / "in", {}

@@ -265,6 +265,7 @@ irregularity.0.length = {{ from = 0.03, to = 0.06, count = 4 }}
 """
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize("gradient", ["false", "true"])
 def test_a_study_on_rails_has_the_same_bits_by_two_worker_processes(tmp_path, gradient):
@@ -296,6 +297,7 @@ if any("spawn" in part or "multiprocessing" in part for part in sys.orig_argv):
 """
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_a_chunk_that_kills_its_workers_is_named_and_does_not_stop_the_rest(tmp_path):
     study, store = written(tmp_path), tmp_path / "map.zarr"
@@ -315,6 +317,7 @@ def test_a_chunk_that_kills_its_workers_is_named_and_does_not_stop_the_rest(tmp_
     assert files(whole) == files(store)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_a_cluster_at_an_address_writes_the_same_bits(tmp_path):
     study = written(tmp_path, count=40, chunk=16)

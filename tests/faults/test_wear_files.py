@@ -107,6 +107,7 @@ def test_what_a_kill_leaves_beside_the_file_goes_with_the_next_run(written, tmp_
     xr.testing.assert_identical(more.height, wt.wear_in(SCENE, 6, every=2).height)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_kills_at_any_moment_leave_a_file_that_goes_on(tmp_path):
     SCENE.to_toml(tmp_path / "scene.toml")

@@ -42,6 +42,7 @@ def spawned(driver):
     return found
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_workers_and_their_dashboard_listen_on_this_machine_only(tmp_path):
     study = written(tmp_path, count=40, chunk=16)
@@ -60,6 +61,7 @@ def test_workers_and_their_dashboard_listen_on_this_machine_only(tmp_path):
     assert heard == {"0100007F"}  # 127.0.0.1
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("moment", ["as it starts", "in its first task"])
 def test_a_worker_that_is_killed_early_does_not_end_the_study(tmp_path, moment):

@@ -122,6 +122,7 @@ print(json.dumps({"shown": shown, "lines": [line.split()[0] for line in code.spl
 """A kernel, and one that it calls, which Python calls before it, or only afterwards."""
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_what_a_kernel_becomes_does_not_depend_on_what_python_has_called_before(tmp_path):
     alone, _ = answer(script=PARTS, WHEELTAPPER_CACHE=str(tmp_path / "alone"))
@@ -132,6 +133,7 @@ def test_what_a_kernel_becomes_does_not_depend_on_what_python_has_called_before(
     assert len(alone["lines"]) > 20
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_where_nothing_can_be_written_it_compiles_and_runs(tmp_path):
     (tmp_path / "home").write_text("in the way")  # even of the superuser
@@ -164,6 +166,7 @@ def test_a_second_clone_of_the_same_sources_compiles_nothing(tmp_path):
         assert said == (TOLD if clone == "one" else "")
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="has other rights")
 def test_nothing_is_read_from_a_folder_that_others_can_write(tmp_path):
@@ -219,6 +222,7 @@ def test_a_full_disk_costs_one_line(tmp_path):
     assert not [path for path in tmp_path.rglob("*") if path.is_file() and path.stat().st_size]
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_of_two_processes_one_compiles(tmp_path):
     environment = os.environ | {"WHEELTAPPER_CACHE": str(tmp_path)}
@@ -235,6 +239,7 @@ def test_of_two_processes_one_compiles(tmp_path):
     assert len(compiled) == len(set(compiled)) > 2
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="kills by signals")
 def test_kills_leave_a_cache_that_works(tmp_path):
@@ -280,6 +285,7 @@ print(json.dumps([[line for line in lines if line.startswith("compiling")] for l
 """
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_a_slider_of_the_explorer_that_meets_a_new_term_says_what_is_compiled(tmp_path):
     first, second, third = answer(script=SLIDER, WHEELTAPPER_CACHE=str(tmp_path))[0]
@@ -320,6 +326,7 @@ print(json.dumps([asked, told]))
 """Ask for every kernel that was compiled, in another process."""
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_whatever_was_compiled_is_found_again_by_another_process():
     answer()  # a few, if nothing was

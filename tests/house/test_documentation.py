@@ -30,8 +30,10 @@ MENTION = re.compile(r"(?<!,\s)\bsection\s+(\d+\.\d+)")  # after a comma: of a p
 LIST = re.compile(r"^\.\. kinds:: (\w+)$", re.MULTILINE)
 RUN = "pip install uv && uv run wheeltapper run examples/wheel_flat.toml"
 TEST = "pip install uv && uv run pytest"
-DEAR = {"diagnosis.rst", "orbits.rst", "wagon.rst", "wear.rst", "week.rst"}
+DEAR = {"detector.rst", "diagnosis.rst", "orbits.rst", "wagon.rst", "wear.rst", "week.rst"}
 """Pages whose code takes seconds."""
+DEAREST = "week.rst"
+"""The page that fits the same wheels as `detector.rst`, for more than a minute."""
 
 
 class Block(NamedTuple):
@@ -56,13 +58,17 @@ def with_blocks(language: str) -> list[Path]:
     return [page for page in PAGES if blocks(page, language)]
 
 
+def marks_of(page: Path) -> list[pytest.MarkDecorator]:
+    return [pytest.mark.slow] * (page.name in DEAR) + [pytest.mark.whole] * (page.name == DEAREST)
+
+
 def name(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
 @pytest.mark.parametrize(
     "page",
-    [pytest.param(page, marks=pytest.mark.slow if page.name in DEAR else ()) for page in with_blocks("python")],
+    [pytest.param(page, marks=marks_of(page)) for page in with_blocks("python")],
     ids=name,
 )
 def test_the_code_of_the_page_runs_and_its_numbers_hold(

@@ -98,6 +98,7 @@ def test_a_finding_and_its_recording_and_force(site, recording):
     assert flaws(wt.plot(wt.diagnosis.reconstructed(recording, site))) == []
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_how_well_a_site_tells_faults(site):
     found = wt.diagnosis.assess(

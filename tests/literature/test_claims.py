@@ -26,7 +26,8 @@ from wheeltapper.faces.paper.page import SECTIONS, entry
 from wheeltapper.faces.paper.run import CLAIMS, measure_claims
 from wheeltapper.faces.paper.single import DIGITS, RESTARTED
 
-LONG = {"C15", "C16", "C28b", "C29b", "C33b", "C36", "C36b", "C38", "C42", "C44", "C48", "C49", "C50", "C51"}
+LONGEST = "C15"
+LONG = {"C16", "C28b", "C29b", "C33b", "C36", "C36b", "C38", "C42", "C44", "C48", "C49", "C50", "C51"}
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")  # as the command does
 PAGE = Path(__file__).parents[2] / "docs/paper.rst"
 BOUNCING = {"C32", "C42", "C44", "C45"}
@@ -35,14 +36,16 @@ PLAIN = (Verdict.CONFIRMED, Verdict.NOT_STATED)
 """Verdicts that need no further word."""
 
 
+def marks_of(number):
+    return [pytest.mark.slow] * (number in {LONGEST, *LONG}) + [pytest.mark.whole] * (number == LONGEST)
+
+
 @cache
 def measured(number):
     return list(CLAIMS[number].measure())
 
 
-@pytest.mark.parametrize(
-    "number", [pytest.param(number, marks=pytest.mark.slow if number in LONG else ()) for number in sorted(CLAIMS)]
-)
+@pytest.mark.parametrize("number", [pytest.param(number, marks=marks_of(number)) for number in sorted(CLAIMS)])
 def test_a_claims_measures_hold_name_their_sources_say_its_limits_and_stand_on_the_page(number):
     found = measured(number)
     claim = Found(CLAIMS[number], found)
@@ -83,6 +86,7 @@ def test_verdicts_follow_from_the_measures_of_the_papers_words():
     assert judged([agrees]) is Verdict.CONFIRMED  # which is no failure of the program
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_repeats_of_the_chaotic_counts_lie_within_their_binomial_spread():
     repeats = [runs_at_resonance(ZONES, seed) for seed in range(10)]

@@ -12,8 +12,13 @@ from wheeltapper.faces.paper.claims import CLAIMS
 from wheeltapper.faces.paper.figures import DRAW
 from wheeltapper.faces.plot import STYLE
 
-LONG = {"orbits", "law", "missed", "fig6", "deck", "fig4", "fig2b", "fig2c", "plastic", "fig4coach"}
+LONGEST = {"deck", "fig4"}
+LONG = {*LONGEST, "orbits", "law", "missed", "fig6", "fig2b", "fig2c", "plastic", "fig4coach"}
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
+
+
+def marks_of(name):
+    return [pytest.mark.slow] * (name in LONG) + [pytest.mark.whole] * (name in LONGEST)
 
 
 def drawn(name):
@@ -23,9 +28,7 @@ def drawn(name):
         return figure, flaws(figure)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in sorted(DRAW)]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=marks_of(name)) for name in sorted(DRAW)])
 def test_a_picture_can_be_read_and_names_its_claims(name):
     figure, found = drawn(name)
     assert found == []

@@ -39,6 +39,7 @@ def bisected(scene, path, least, most, many, method):
     return most
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("scene", "over", "many", "method"),
     [

@@ -101,6 +101,7 @@ def test_too_much_damage_is_taken_for_what_was_measured():
     assert without_damage(recording, 1.0, 0.01) is recording
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("fault", "spoil", "said"),
     [

@@ -63,6 +63,7 @@ def test_flats_are_sized_clipped_or_not(size, seed):
     assert np.any(recording.clipped) == (size == 0.08)
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "seed", "place"),
@@ -80,6 +81,7 @@ def test_a_flat_is_sized_wherever_it_strikes(size, seed, place):
     assert finding.reduced < 1.05
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_a_flat_is_found_where_the_noise_is_misjudged():
     """What is left is more than noise then, to the end of the recording."""
@@ -122,6 +124,7 @@ def test_pure_noise_holds_no_wheel():
     assert "nothing rises from the noise" in str(finding)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_a_recording_of_another_site_is_not_explained():
     other = SHORT.passage.replaced({"track.mass": 9000.0, "irregularity.0.height": 4e-4, "irregularity.0.length": 0.08})
@@ -199,6 +202,7 @@ def test_a_folder_is_diagnosed_and_goes_on(tmp_path, monkeypatch):
     assert len(computed) == 1
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_processes_find_the_same(tmp_path):
     files = recordings(tmp_path, 4)
@@ -244,6 +248,7 @@ def test_a_model_is_not_compared_where_nothing_was_recorded():
     assert misfit(problem, None, 6.0, 8.0, over=2.0) == np.inf
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_a_misfit_of_the_model_is_noise():
     (recording,) = wt.synthesise(SHORT, seed=1)
@@ -257,6 +262,7 @@ def test_a_misfit_of_the_model_is_noise():
     assert finding.noise == pytest.approx(np.hypot(np.sqrt(0.5 * 20e3) * 6.66e-4, 0.015 * rms), rel=1e-3)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_what_is_explained_of_a_recording_that_is_not_is_told():
     (recording,) = wt.synthesise(SHORT, seed=1)
@@ -351,6 +357,7 @@ def test_the_irregularity_may_lie_far_behind_the_trigger(fault):
     assert finding.verdict == (fault or "healthy")
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [2_392_737_485, 2_464_715_917])
 def test_flats_that_are_hard_to_place(seed):

@@ -93,6 +93,7 @@ def test_energy_is_never_created():
         check_random_run(seed)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("part", range(MANY_PARTS))

@@ -80,6 +80,7 @@ def test_both_methods_list_the_same_force_maxima():
         check(drawn(rng))
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_both_methods_list_the_same_force_maxima_in_a_thousand_cases():
     rng = np.random.default_rng(12)

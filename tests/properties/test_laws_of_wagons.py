@@ -142,6 +142,7 @@ def test_a_start_that_a_link_forbids_is_refused():
 # -- on rails ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     "changes",
     [

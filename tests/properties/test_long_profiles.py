@@ -41,6 +41,7 @@ def test_memory_grows_no_faster_than_the_profile(rolling):
     assert peak_memory(80_000, rolling) < 2.2 * peak_memory(40_000, rolling)
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("rolling", ["point", "circle"])
 def test_a_profile_of_a_million_points_is_marched_whole(rolling):

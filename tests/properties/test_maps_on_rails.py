@@ -81,6 +81,7 @@ def far(found, expected):
     return np.max(np.abs(found - expected)[known] / np.maximum(np.abs(expected[known]), 1e-30), initial=0.0)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", slow_but(CASES, "masses and springs"))
 def test_a_map_holds_what_records_say(name):
     scene, over = CASES[name]

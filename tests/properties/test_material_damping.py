@@ -73,6 +73,7 @@ def test_energy_is_balanced_with_strong_material_damping():
         check(drawn(rng))
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_energy_is_balanced_with_strong_material_damping_in_two_thousand_cases():
     rng = np.random.default_rng(6)

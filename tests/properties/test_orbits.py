@@ -364,6 +364,7 @@ def test_a_long_transient_is_unsettled_and_not_called_anything_else():
     assert "chao" not in str(found).lower()
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_at_18_m_s_nearly_all_motions_settle_on_an_orbit_of_two_waves():
     over = {"start.displacement": np.linspace(-4e-4, 4e-4, 16), "start.velocity": np.linspace(-0.3, 0.3, 16)}
@@ -399,6 +400,7 @@ def test_a_traced_fold_is_the_fold_of_each_branch():
     assert float(curve.speed[0]) == pytest.approx(float(here.parameter[here.kind == "fold"][0]), rel=1e-10)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_traced_folds_scale_with_the_wavelength():
     orbit = wt.orbits.find(scene(5.0))
@@ -411,6 +413,7 @@ def test_traced_folds_scale_with_the_wavelength():
         np.testing.assert_allclose(curve.speed, float(special.parameter) * np.array([1.0, 2.0]), rtol=1e-9)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_traced_grazings_and_tori_are_those_of_other_branches():
     orbit = wt.orbits.find(scene(9.0))

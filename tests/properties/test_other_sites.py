@@ -46,6 +46,7 @@ def drawn(fault, seed):
     return Site.model_validate(told), recording, size
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("fault", "seed"),
     [

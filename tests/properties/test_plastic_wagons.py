@@ -37,6 +37,7 @@ def test_the_record_of_a_coach_is_stored_and_balanced(tmp_path):
     xr.testing.assert_allclose(wt.wear.marks(loaded).table, wt.wear.marks(record).table, rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_the_record_of_half_a_coach_on_sleepers_is_stored_and_balanced(tmp_path):
     scene = wt.Scenario(

@@ -70,6 +70,7 @@ def test_energy_closes_and_friction_only_takes():
     assert check_energy(range(2)) > 20
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_energy_closes_over_many_rolls():
     assert check_energy(range(2, 100)) > 580

@@ -97,6 +97,7 @@ def test_gradients_in_lanes_are_those_of_single_cells(name):
     assert_gradients_of_single_cells(*turned_cells(SCENES[name], **({"LAST_IMPACT": 3} if chaotic else {})))
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["bump", "default", "deck", "everything"])
 def test_strict_gradients_in_lanes_are_those_of_single_cells(name):

@@ -218,6 +218,7 @@ def test_one_json_holds_the_train_and_gives_it_back(train):
     assert train_of(entries, found.site, countries=["SE"]).alarms[0].rule.name == "Trafikverket, 350 kN"
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_a_wheelset_that_neighbours_shake_is_not_explained_alone():
     where = wt.load(EXAMPLES / "site.toml")

@@ -83,6 +83,7 @@ def test_a_passage_keeps_its_time_zero_and_begins_at_rest():
 # -- the diagnosis ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("fault", "seed"),
     [
@@ -130,6 +131,7 @@ def test_the_exit_is_read_with_its_deviation(bump, least, most):
     assert least <= np.median(deviations) <= most
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_play_so_wide_that_hardly_a_stop_is_reached_is_free_play(seed):
@@ -189,6 +191,7 @@ def test_synthetic_time_zeros_have_the_stated_deviation_and_shift_the_whole_reco
     assert TIME_ZERO not in exact.truth
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "trigger"),
@@ -244,6 +247,7 @@ def test_a_stop_that_is_never_reached_is_not_measured():
     )
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_a_better_minimum_beside_the_first_is_found():
     truth, size, recording, _ = measured("free play", 27, trigger=0.0)
@@ -264,6 +268,7 @@ def test_identify_finds_speed_and_exit_from_the_stated_start(trigger):
         assert abs(np.log(told[path] / true)) < 4.0 * told.deviation(path)
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "seed",

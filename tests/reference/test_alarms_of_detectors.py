@@ -221,6 +221,7 @@ def test_the_blind_share_is_that_of_drawn_places(cribs):
         assert share == pytest.approx(1.0 - seen.mean(), abs=1e-3)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize("speed", [12.0, 20.0])
 def test_flats_are_named_on_the_share_of_a_turn_that_is_seen(speed):

@@ -50,6 +50,7 @@ def ballast_force(free, lifted, before, speed, void):
     return pressed if pressed > 0.0 and free + pressed * lifted > void else 0.0
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_force_and_sleeper_are_those_of_finite_elements(name):

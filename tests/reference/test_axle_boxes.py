@@ -117,6 +117,7 @@ def by_finite_elements(speed):
     return passages.forces[:, passages.x > 2.0]
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_wheels_of_another_program_are_sized_or_healthy():
     flat, level = (diagnose_axle_box(recorded((one - LOAD) / MASS, 20.0), site()) for one in by_finite_elements(20.0))

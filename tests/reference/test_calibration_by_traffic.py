@@ -91,6 +91,7 @@ def test_pads_and_ballast_follow_from_healthy_wheels(tmp_path):
     json.dumps(found.to_dict())
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_pads_that_are_ten_times_as_stiff_as_stated_are_said():
     found = calibrate_site(gauges(TRACK), traffic(10.0))
@@ -100,6 +101,7 @@ def test_pads_that_are_ten_times_as_stiff_as_stated_are_said():
     assert found.site.track.pad_stiffness == found["track.pad_stiffness"].value
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_finite_elements_are_calibrated_and_pads_ten_times_off_are_said():
     for pads in (0.8, 10.0):

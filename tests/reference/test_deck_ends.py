@@ -304,6 +304,7 @@ def drawn_pair(seed):
     })  # fmt: skip
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(9))
 def test_two_wheelsets_over_a_deck_are_those_of_a_general_solver(seed):

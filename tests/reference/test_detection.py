@@ -378,12 +378,14 @@ def test_bounds_of_signals_cover_the_true_a90():
     within(np.array(list(signal_bounds(22, 100, 1.0))) >= a90_of_signals(1.0))
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_bounds_below_a_ceiling_cover_the_true_a90():
     within(np.array(list(hit_miss_bounds(21, 150, 0.95, ceiling=0.95))) >= a90_of(0.95))
     within(np.array(list(signal_bounds(22, 100, 0.95, ceiling=0.95))) >= a90_of_signals(0.95))
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize(("ceiling", "count"), [(1.0, REPLICATES), (0.95, 300)])
 def test_likelihood_ratio_bounds_cover_the_true_a90(ceiling, count):
@@ -398,6 +400,7 @@ def test_bounds_of_fewer_hits_and_of_the_logistic_link_cover_the_true_a90():
     within(np.array(list(hit_miss_bounds(26, 150, 1.0, truth=logistic, link="logit"))) >= a90_of(1.0, logistic))
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_bounds_with_an_estimated_ceiling_cover_the_true_a90():
     bounds = np.array(list(hit_miss_bounds(27, 200, 0.97, count=150, ceiling=None)))
@@ -405,6 +408,7 @@ def test_bounds_with_an_estimated_ceiling_cover_the_true_a90():
     assert 0.2 < np.mean(np.isinf(bounds)) < 0.7  # a ceiling of 0.9 can often not be excluded: that is said
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_steps_cover_the_true_a90():
     covered, steps = [], 0

@@ -51,6 +51,7 @@ def test_the_gain_of_a_flat_is_foreseen(shape):
         assert roots[number] == pytest.approx(np.sqrt(exact), rel=0.06)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_as_many_flats_are_found_as_foreseen():
     """500 wheels with a flat somewhere, roughness and noise, on sites that are off as far as is unknown of them."""

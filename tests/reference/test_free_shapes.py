@@ -89,6 +89,7 @@ def test_parts_of_a_tread_are_its_hollows_and_what_is_built_up():
     assert [one.angle * RADIUS for one in found] == pytest.approx([0.02, 1.9], abs=1e-3)
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "load", "hollows"),

@@ -155,6 +155,7 @@ def passing_at(speed):
     return replace(passing, used=used)
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "load", "length", "place", "worn"),
@@ -179,6 +180,7 @@ def test_flats_are_sized_and_fresh_ones_told_from_rounded(speed, load, length, p
     assert found.best.chi < 1.25 * found.best.readings
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_kinds_of_a_short_flat_at_speed_are_not_told():
     x, readings = passages(30.0, (Wheel(71e3, seed=3001, flat=(0.029, 0.9 - TURN)),))

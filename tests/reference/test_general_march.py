@@ -174,6 +174,7 @@ class Plain:
         return np.array(found)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize("vehicle", ["one wheel", "bogie"])
 def test_events_of_a_general_solver(vehicle):

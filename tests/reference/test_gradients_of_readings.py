@@ -201,6 +201,7 @@ def test_on_rails_all_sensors_have_the_derivatives_of_strict_runs(path):
         assert wrong[-12] < fine * size, one.name
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("path", ["irregularity.0.length", "irregularity.0.position", "track.pad_stiffness"])
 def test_low_passed_readings_have_the_low_passed_derivatives(path):

@@ -78,6 +78,7 @@ def test_what_is_asked_has_the_same_form_on_both_roads():
     assert differenced.gradient_status.attrs["flag_meanings"] == " ".join(TRUST_BY_DIFFERENCES)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("changes", "paths"),
     [
@@ -251,6 +252,7 @@ def times_by_another_program(kinks, changes):
     return np.array(sums), [(family, number, what) for _, family, number, what in found]
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("kinks", "names"),
     [

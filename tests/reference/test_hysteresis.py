@@ -154,6 +154,7 @@ def test_losses_and_impacts_while_indented_are_those_of_small_steps():
     assert sum(check(drawn(rng)) for _ in range(8)) >= 6
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_losses_and_impacts_while_indented_are_those_of_small_steps_in_a_hundred_cases():
     rng = np.random.default_rng(8)

@@ -212,6 +212,7 @@ def test_finer_steps_change_nothing_on_rails():
 # -- records -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     "track",
     [

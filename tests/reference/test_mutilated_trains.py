@@ -10,12 +10,14 @@ from wheeltapper.diagnosis import Recording, Site, measure_trains
 from wheeltapper.ground.errors import InputError
 
 
+@pytest.mark.few(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_spoiled_train_has_an_honest_answer(kind):
     assert told_of(kind, seed=2) == []
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize("place", [9.9, 12.0])
 def test_a_train_that_stops_on_rough_rails_is_whole_and_strikes_nowhere(place):

@@ -100,6 +100,7 @@ ON_RAILS = {
 }
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(("law", "seed"), [("stiffening", 7), ("stiffening", 11), ("damped", 7), ("pulls", 11)])
 @pytest.mark.parametrize("method", ["default", "strict"])

@@ -172,6 +172,7 @@ RIDES = {
 }
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("kind", [wt.contact.Thornton, wt.contact.KogutEtsion])
 @pytest.mark.parametrize(("method", "allowed", "balance"), [("default", 2e-8, 1e-6), ("strict", 1e-10, 1e-8)])
 @pytest.mark.parametrize("name", ["rigid", pytest.param("sleepers", marks=pytest.mark.slow)])

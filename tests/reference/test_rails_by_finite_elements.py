@@ -106,6 +106,7 @@ def test_the_blow_of_a_flat_on_the_track():
         assert own.normal_force.values[near] == pytest.approx(peak, rel=1.5e-3)
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["default", "strict"])
 def test_a_smooth_dip_of_the_rail(method):

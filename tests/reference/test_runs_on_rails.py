@@ -49,6 +49,7 @@ def test_the_rail_under_a_wheel_without_mass_is_that_under_another_programs_movi
     np.testing.assert_allclose([down.mean(), down.min(), down.max()], expected, rtol=5e-4)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_sixteen_wheelsets_far_apart_are_sixteen_wheelsets_alone():
     """At 12 m the rail carries nothing but a hundredth; each strikes its own flat as one wheelset alone does."""

@@ -84,6 +84,7 @@ def test_wheels_without_a_flaw_are_healthy():
     assert not train.wheels
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_flats_of_neighbours_are_told_and_sized(tmp_path):
     found, wheels, passages = recordings(True)
@@ -184,6 +185,7 @@ def test_models_are_refused_where_the_site_has_none():
         measure_trains(recordings(False)[0], place, diagnosed="all")
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_flats_on_own_recordings_have_their_lengths_at_33_metres_a_second():
     """What is simulated and what is fitted pass the same filter of the recorder."""

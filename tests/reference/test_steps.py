@@ -215,6 +215,7 @@ def worst(S, exact, names):
     return found
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize("order", [12, *slow_but([20])])
 @pytest.mark.parametrize("terms", VARIANTS, ids=lambda terms: terms.name)
 def test_coefficients_of_contact_steps_are_those_of_50_digits(terms, order):
@@ -386,6 +387,7 @@ def test_hermites_rule_is_exact_for_polynomials(many):
 LANED = VARIANTS[:OF_YIELDING]
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("order", [12, *slow_but([20])])
 @pytest.mark.parametrize("terms", LANED, ids=lambda terms: terms.name)
 def test_coefficients_in_lanes_are_those_of_50_digits_and_lengths_those_of_one_wheel(terms, order):

@@ -87,12 +87,14 @@ def test_stiff_suspensions_follow_an_implicit_solver():
     assert sum(check(drawn(rng)) for _ in range(6)) >= 3
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_stiff_suspensions_follow_an_implicit_solver_in_many_cases():
     rng = np.random.default_rng(4)
     assert sum(check(drawn(rng)) for _ in range(300)) >= 150
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_stiff_decks_suspensions_and_contacts_are_balanced():
     rng = np.random.default_rng(1)

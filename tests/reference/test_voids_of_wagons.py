@@ -76,6 +76,7 @@ def check_alike(coach, bogie, allowed, allowed_of_wheels):
 UNDAMPED = pytest.mark.filterwarnings("ignore:the ring of 54 m is short")
 
 
+@pytest.mark.few(1)
 @UNDAMPED
 @pytest.mark.parametrize(
     ("track", "scene"),
@@ -184,6 +185,7 @@ def test_half_a_coach_over_voids_is_a_bogie_with_hysteresis():
     check_alike(coach, bogie, 3e-9, 3e-8)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_a_coach_with_flanges_and_creep_does_the_mirrored_thing_over_voids():
     flat = wt.WheelFlat(length="50 mm", position=0.5, repeat=False)

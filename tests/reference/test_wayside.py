@@ -250,6 +250,7 @@ def library(speed, rate):
     return CRIBS.passages(rough + flats, speed, rate)
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize(("speed", "rate"), [(20.0, 10e3), (60.0, 20e3)])
 def test_wheels_of_fast_trains(speed, rate):
@@ -305,6 +306,7 @@ OTHERS = {
 }
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize("case", OTHERS)
 def test_flats_on_other_tracks(case):
@@ -335,6 +337,7 @@ def test_flats_on_other_tracks(case):
     assert np.abs(wrong_speed).max() < 3e-3
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize(("speed", "level", "colour", "bar"), [(20.0, 20.0, 0.0, 1.15), (60.0, 20.0, 0.0, 1.15),
                                                                (20.0, 25.0, 1.0, 1.35)])  # fmt: skip
