@@ -73,6 +73,7 @@ def test_a_gain_and_a_place_that_contradict_the_traffic_are_said():
     assert "CONTRADICTS the stated value" in str(found)
 
 
+@pytest.mark.slow
 def test_pads_and_ballast_follow_from_healthy_wheels(tmp_path):
     site = gauges(TRACK)
     found = calibrate_site(site, traffic())

@@ -87,6 +87,7 @@ def test_a_slow_force_reads_one_between_the_gauges_and_nothing_beside():
     np.testing.assert_allclose(read[1], [0, 0, 0, 0, 1, 1, 0], atol=1e-3)
 
 
+@pytest.mark.slow
 def test_roughness_has_the_size_that_its_columns_say():
     wheels = tuple(Wheel(8e4, seed=seed) for seed in range(12))
     x, readings = passages(20.0, wheels, differs=False)
@@ -200,6 +201,7 @@ def test_wheels_without_a_flaw_have_no_flat():
         assert found.runs < 10
 
 
+@pytest.mark.slow
 def test_a_wheel_that_is_out_of_round_is_told_with_its_orders():
     waves = ((12, 6e-5, 1.0), (15, 5e-5, 2.0))
     x, readings = passages(20.0, (Wheel(7e4, seed=9, waves=waves), Wheel(7e4, seed=9)))

@@ -71,6 +71,7 @@ def recordings(flawed):
     return {f"{number}": Recording(row, RATE, "force") for number, row in enumerate(noisy)}, wheels, passages
 
 
+@pytest.mark.slow
 def test_wheels_without_a_flaw_are_healthy():
     found, _, _ = recordings(False)
     (train,) = measure_trains(found, site(), diagnosed="all")
@@ -126,6 +127,8 @@ def test_a_train_without_a_steady_speed_is_told():
     assert all("finding" not in axle["wheels"][0] for axle in train.axles)
 
 
+@pytest.mark.slow
+@pytest.mark.whole
 def test_a_train_that_runs_the_other_way_is_the_same_for_the_model():
     found, place = recordings(True)[0], site()
     seen = []

@@ -101,6 +101,7 @@ def test_a_train_that_accelerates():
     assert any("the speed changes" in note for note in train.notes)
 
 
+@pytest.mark.slow
 def test_a_train_that_stops_loses_no_axle():
     t = times(50.0)
     speed = np.interp(t, [0.0, 3.0, 7.35, 27.0, 37.0, 60.0], [10.0, 10.0, 0.0, 0.0, 8.0, 8.0])
