@@ -24,7 +24,16 @@ from tests.wayside import (
 )
 from wheeltapper.diagnosis.gauges.finding import WheelFinding
 from wheeltapper.diagnosis.gauges.fit import moved
-from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
+from wheeltapper.diagnosis.gauges.passing import (
+    ADVANCE,
+    FORCE,
+    LENGTH,
+    POSITION,
+    SPEED,
+    Passing,
+    Runs,
+    passing_without_readings,
+)
 from wheeltapper.diagnosis.gauges.responses import responses_of
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
 from wheeltapper.diagnosis.gauges.sizing import Known, problem_of, sized_flat, values_of
@@ -179,6 +188,26 @@ def test_flats_are_sized_and_fresh_ones_told_from_rounded(speed, load, length, p
     assert abs((way + 0.5 * TURN) % TURN - 0.5 * TURN) < 0.01
     assert abs(found.best.values[LENGTH] - length) < 2.5 * found.deviation(found.best.shape)
     assert found.best.chi < 1.25 * found.best.readings
+
+
+@pytest.mark.slow
+def test_a_flat_of_which_one_strike_is_seen_is_found_on_a_wheel_of_another_radius():
+    """A recording of the own model: with the stated radius, the flat was rounded and 5.6 mm longer."""
+    known, sensors = Known(SCENE, SPREAD), SENSORS[:3]
+    empty, rng = passing_without_readings(sensors, RATE, NOISE, 15.266, 30.49e3), np.random.default_rng(1)
+    true = values_of(empty, known) | {
+        "vehicle.mass": 604.72, "vehicle.radius": 0.45377, "contact.constant_per_wheel": 8.776e10,
+        "track.pad_stiffness": 1.6024e8, "track.pad_damping": 40144.0, "track.ballast_stiffness": 7.549e7,
+        "track.ballast_damping": 66364.0, LENGTH: 0.03875, POSITION: -0.957,
+    }  # fmt: skip
+    read = Runs(empty, SCENE).readings(true, "fresh")
+    rows = read * (1.0 + 0.05 * rng.standard_normal(3)) + NOISE * rng.standard_normal(read.shape)
+    passing = replace(empty, readings=rows, place=empty.place + 2e-3, speed=1.001 * empty.speed)
+    found = sized_flat(passing, known, np.full(3, 0.05))
+    assert found.verdict == "wheel flat"
+    assert found.best is not None
+    assert found.best.values[LENGTH] == pytest.approx(0.03875, abs=1e-3)
+    assert found.best.values["vehicle.radius"] == pytest.approx(0.45377, rel=4e-3)
 
 
 @pytest.mark.whole

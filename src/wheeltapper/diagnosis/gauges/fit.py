@@ -335,7 +335,10 @@ class Search:
         return problem.band.taken((changed - now.smooth) / step)
 
     def corrected(self, columns: Mapping[str, FloatArray], now: Now, after: Now) -> dict[str, FloatArray]:
-        """Return derivatives that explain how readings changed by a step, changed as little as that takes (Broyden)."""
+        """Return derivatives that explain how readings changed by a step, changed as little as that takes (Broyden).
+
+        Those in which readings are linear stay as they are.
+        """
         linear = (*self.problem.track, *AT_ONCE)
         pairs = [(after.values[name], now.values[name], name in PLACES) for name in self.names]
         step = np.array([new - old if place else np.log(new / old) for new, old, place in pairs])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from math import ceil, floor
@@ -66,6 +66,9 @@ FASTER = 1e-3
 """Runs at another speed are the same, but for when places are passed, as long as it differs by less than this share."""
 APART = 0.05
 """A wheel is where it was measured up to so many m."""
+RADII, NEW_PLACE = (-0.02, -0.01, 0.01, 0.02), 0.01
+"""Changes of the radius with which a flat that explains too little is sought once more, and by how much another place
+differs, m."""
 LONGER = {"fresh": 1.0, "rounded": 1.3}
 """Length of a flat over that of the fresh one that is most like it."""
 
@@ -211,26 +214,33 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen |
         seen = Scan(coarse(), values).seen(passing.readings, passing.used)
     sized = Sized({}, seen.gain, seen, runs.count)
     if seen.candidates[0].gain >= SCREENED and seen.is_round:
-        sized = _flats_of(coarse, seen, before)
+        problem = coarse()
+        if before is None or not before.fits:
+            begun = _of_both_shapes(_found(problem, seen))
+        else:
+            begun = {shape: fit.values for shape, fit in before.fits.items()}
+        sized = _flats_of(problem, seen, begun)
+        if sized.best is not None and sized.leaves_much and RADIUS in problem.spread:
+            elsewhere = _of_another_radius(problem, sized.best)
+            other = sized if elsewhere is None else _flats_of(problem, seen, _of_both_shapes(elsewhere))
+            if other.best is not None and other.best.misfit < sized.best.misfit:
+                sized = other
     return _with_free_shape(coarse(), sized) if sized.leaves_much else sized
 
 
-def _flats_of(coarse: Callable[[], Problem], seen: Seen, before: Sized | None) -> Sized:
-    """Return a wheel with the flats that explain its readings best."""
-    problem = coarse()
-    runs = problem.runs
-    worn = [path for path in problem.spread if path == RADIUS]
-    first = (LENGTH, POSITION, *worn, FORCE, ADVANCE, SPEED)
-    if before is None or not before.fits:
-        start = _found(problem, seen, problem.known, first)
-        begun = {shape: {**start, LENGTH: longer * start[LENGTH]} for shape, longer in LONGER.items()}
-    else:
-        begun = {shape: fit.values for shape, fit in before.fits.items()}
+def _of_both_shapes(start: Mapping[str, float]) -> dict[str, Mapping[str, float]]:
+    """Return where fits begin, by shape, from values of a fresh flat."""
+    return {shape: {**start, LENGTH: longer * start[LENGTH]} for shape, longer in LONGER.items()}
+
+
+def _flats_of(problem: Problem, seen: Seen, begun: Mapping[str, Mapping[str, float]]) -> Sized:
+    """Return a wheel with the flats that explain its readings best; their fits begin at values by shape."""
+    runs, first = problem.runs, _first(problem)
     fine = _fine(problem, begun["fresh"])
     fits = {shape: _refitted(fine, values, shape, first) for shape, values in begun.items()}
     best, gain = _best_with_gain(fine, fits)
     if gain > PROMISING:
-        fits = _fits(fine, fits, first, [path for path in problem.spread if path not in worn])
+        fits = _fits(fine, fits, first, [path for path in problem.spread if path not in first])
         best, gain = _best_with_gain(fine, fits)
     sized = Sized(fits, gain, seen, runs.count)
     if sized.best is None:
@@ -273,11 +283,35 @@ def _flawless(problem: Problem, values: Mapping[str, float]) -> Fit:
     return fitted(problem, own, "fresh", (FORCE, ADVANCE, SPEED), steps=2)
 
 
-def _found(coarse: Problem, seen: Seen, values: dict[str, float], names: Sequence[str]) -> dict[str, float]:
+def _first(problem: Problem) -> tuple[str, ...]:
+    """Return the values by which a flat is fitted first."""
+    return (LENGTH, POSITION, *(path for path in problem.spread if path == RADIUS), FORCE, ADVANCE, SPEED)
+
+
+def _found(coarse: Problem, seen: Seen) -> dict[str, float]:
     """Return the fresh flat that explains a wheel's readings best below a low frequency."""
-    most = seen.candidates[0].gain
+    most, names = seen.candidates[0].gain, _first(coarse)
     worth = [one for one in seen.candidates if one.gain > most - max(ALSO, SHARE * most)]
-    tried = [fitted(coarse, _with_flat(values, one, RADIUS in names), "fresh", names, steps=6) for one in worth]
+    return _best_of(coarse, [_with_flat(coarse.known, one, RADIUS in names) for one in worth])
+
+
+def _of_another_radius(coarse: Problem, best: Fit) -> dict[str, float] | None:
+    """Return a fresh flat on a wheel of another radius that explains more below a low frequency; None if none does.
+
+    If only one of a flat's strikes is well seen, the other one has several places that explain its readings, each with
+    a radius of its own.
+    """
+    own = {**coarse.known, **{name: best.values[name] for name in _first(coarse)}}
+    own[LENGTH] /= LONGER[best.shape]
+    turn, here = 2.0 * np.pi * own[RADIUS], _best_of(coarse, [own])
+    others = [{**own, RADIUS: own[RADIUS] * (1.0 + share), POSITION: own[POSITION] - share * turn} for share in RADII]
+    found = _best_of(coarse, [here, *others])
+    return None if abs(found[POSITION] - here[POSITION]) < NEW_PLACE else found
+
+
+def _best_of(coarse: Problem, starts: Sequence[dict[str, float]]) -> dict[str, float]:
+    """Return the fresh flat that explains most of those fitted from some values."""
+    tried = [fitted(coarse, start, "fresh", _first(coarse), steps=6) for start in starts]
     return min(tried, key=lambda one: one.chi).values
 
 
