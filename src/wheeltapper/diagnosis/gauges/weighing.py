@@ -6,6 +6,7 @@ Theory: docs/theory/gauges.rst, section 16.1.
 from __future__ import annotations
 
 from functools import cached_property
+from math import ceil
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from wheeltapper.diagnosis.gauges.passing import SAMPLES, Passing
-from wheeltapper.record.assessment.filtering import low_passed, passed_share
+from wheeltapper.record.assessment.filtering import low_passed, passed_share, settling_time
 
 FloatArray = NDArray[np.float64]
 T = TypeVar("T", np.float64, np.complex128)
@@ -89,9 +90,16 @@ class Band(NamedTuple):
 
 
 def band_of(passing: Passing, cutoff: float) -> Band:
-    """Return the readings that are compared up to a frequency, Hz."""
-    band = Band(passing, cutoff, np.zeros_like(passing.used))
-    band.picked[:: band.every] = passing.used[:: band.every]
+    """Return the readings that are compared up to a frequency, Hz: those that the low-pass knows.
+
+    At the ends it takes what was recorded to go on as a mirror image, which a strike there does not.
+    """
+    band, unknown = (
+        Band(passing, cutoff, np.zeros_like(passing.used)),
+        ceil(settling_time(cutoff, ORDER) * passing.rate),
+    )
+    known = slice(-(-unknown // band.every) * band.every, len(passing.used) - unknown, band.every)
+    band.picked[known] = passing.used[known]
     return band
 
 
