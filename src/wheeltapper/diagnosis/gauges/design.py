@@ -345,7 +345,8 @@ class _Wheel:
         self._rough = np.split(told.problem.rough / band.noise, ends)
         passing = band.passing
         self._x = [passing.x[own] for own in band.picked.T]
-        self._ends = [(one.x1 - BEYOND, one.x2 + BEYOND) for one in passing.sensors]
+        beyond = BEYOND - band.unknown / passing.rate * passing.speed
+        self._ends = [(one.x1 - beyond, one.x2 + beyond) for one in passing.sensors]
         self._precision = told.precision
         self._parts: dict[tuple[int, float, float], _Part] = {}
 

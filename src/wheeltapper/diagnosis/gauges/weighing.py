@@ -70,6 +70,11 @@ class Band(NamedTuple):
         return max(1, int(self.passing.rate / (SAMPLES * self.cutoff)))
 
     @property
+    def unknown(self) -> int:
+        """How many samples at each end the low-pass does not know."""
+        return ceil(settling_time(self.cutoff, ORDER) * self.passing.rate)
+
+    @property
     def rows(self) -> NDArray[np.int64]:
         """The samples of which any sensor is compared."""
         return np.flatnonzero(self.picked.any(axis=1))
