@@ -353,17 +353,17 @@ DEAREST = "wagon"
 """Its records take longer than all others together."""
 
 
-def is_dear(cell, each):
+def is_dear(cell, in_full):
     """Whether such cells are asked in pairs of values: those of many runs, strict ones of a record, dearest ones."""
     of_a_record = cell.question in ASKED_OF_A_RECORD
     return cell.question in MANY_RUNS or (
-        of_a_record and (cell.method == "strict" or (cell.vehicle == DEAREST and not each))
+        of_a_record and (cell.method == "strict" or (cell.vehicle == DEAREST and not in_full))
     )
 
 
 def groups():
     """Return questions and vehicles that are asked together; wagons first, so that only one process compiles theirs."""
-    for one in sorted(KINDS["vehicle"], key=lambda name: name != "wagon"):
+    for one in sorted(KINDS["vehicle"], key=lambda name: name != DEAREST):
         if one == DEAREST:
             yield pytest.param(ASKED_OF_A_RECORD, (one,), False, id=f"of a record of {one}, in pairs")
         marks = [pytest.mark.whole] * (one == DEAREST)
@@ -427,11 +427,11 @@ def test_what_no_march_takes_is_refused_as_it_is_made():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("names", "vehicles", "each"), [*groups()])
-def test_whatever_is_needed_is_answered_or_refused(names, vehicles, each):
+@pytest.mark.parametrize(("names", "vehicles", "in_full"), [*groups()])
+def test_whatever_is_needed_is_answered_or_refused(names, vehicles, in_full):
     kinds = [kinds for kinds in every_kind() if kinds[0] in vehicles and can_be_made(kinds)]
     cells = cells_of(names, one_for_all_needs(kinds))
-    dear = {cell for cell in cells if is_dear(cell, each) and is_answered(cell)}
+    dear = {cell for cell in cells if is_dear(cell, in_full) and is_answered(cell)}
     for cell in [*(cell for cell in cells if cell not in dear), *pairwise(sorted(dear))]:
         try:
             (asked if is_answered(cell) else check_refused)(cell)

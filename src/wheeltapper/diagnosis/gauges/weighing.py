@@ -99,11 +99,8 @@ def band_of(passing: Passing, cutoff: float) -> Band:
 
     At the ends it takes what was recorded to go on as a mirror image, which a strike there does not.
     """
-    band, unknown = (
-        Band(passing, cutoff, np.zeros_like(passing.used)),
-        ceil(settling_time(cutoff, ORDER) * passing.rate),
-    )
-    known = slice(-(-unknown // band.every) * band.every, len(passing.used) - unknown, band.every)
+    band = Band(passing, cutoff, np.zeros_like(passing.used))
+    known = slice(-(-band.unknown // band.every) * band.every, len(passing.used) - band.unknown, band.every)
     band.picked[known] = passing.used[known]
     return band
 
