@@ -349,28 +349,30 @@ ASKED_OF_A_RECORD = (
 """These ask the record of the same run: they are asked together, so that each scenario is marched once for all."""
 
 
-DEAREST = "wagon"
-"""Its records take longer than all others together."""
+IN_PAIRS_FIRST = ("wear_in",)
+"""Others that take long: `.ci/run --all` asks them in full, as it does with those of a record."""
 
 
 def is_dear(cell, in_full):
-    """Whether such cells are asked in pairs of values: those of many runs, strict ones of a record, dearest ones."""
+    """Whether such cells are asked in pairs of values: those of many runs, strict ones of a record."""
     of_a_record = cell.question in ASKED_OF_A_RECORD
-    return cell.question in MANY_RUNS or (
-        of_a_record and (cell.method == "strict" or (cell.vehicle == DEAREST and not in_full))
-    )
+    return not in_full or cell.question in MANY_RUNS or (of_a_record and cell.method == "strict")
+
+
+def in_pairs_and_in_full(names, vehicles, words):
+    yield pytest.param(names, vehicles, False, id=f"{words}, in pairs")
+    yield pytest.param(names, vehicles, True, id=words, marks=pytest.mark.whole)
 
 
 def groups():
     """Return questions and vehicles that are asked together; wagons first, so that only one process compiles theirs."""
-    for one in sorted(KINDS["vehicle"], key=lambda name: name != DEAREST):
-        if one == DEAREST:
-            yield pytest.param(ASKED_OF_A_RECORD, (one,), False, id=f"of a record of {one}, in pairs")
-        marks = [pytest.mark.whole] * (one == DEAREST)
-        yield pytest.param(ASKED_OF_A_RECORD, (one,), True, id=f"of a record of {one}", marks=marks)
+    for one in sorted(KINDS["vehicle"], key=lambda name: name != "wagon"):
+        yield from in_pairs_and_in_full(ASKED_OF_A_RECORD, (one,), f"of a record of {one}")
         yield from (pytest.param((name,), (one,), True, id=f"{name} of {one}") for name in MANY_RUNS)
     for name in QUESTIONS:
-        if name not in (*ASKED_OF_A_RECORD, *MANY_RUNS):
+        if name in IN_PAIRS_FIRST:
+            yield from in_pairs_and_in_full((name,), (*KINDS["vehicle"],), name)
+        elif name not in (*ASKED_OF_A_RECORD, *MANY_RUNS):
             yield pytest.param((name,), (*KINDS["vehicle"],), True, id=name)
 
 

@@ -22,6 +22,7 @@ def scene_file(tmp_path):
     return tmp_path / "scene.toml"
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("reports", [30, 110])
 @pytest.mark.slow
 def test_an_interrupted_branch_is_continued_to_the_same_end(tmp_path, monkeypatch, reports):

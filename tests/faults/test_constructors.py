@@ -189,6 +189,18 @@ def test_quantities_and_numbers_of_other_packages_are_taken(field, given, si):
     assert getattr(wt.Wheelset(**{"mass": 1500, field: given}), field) == pytest.approx(si, rel=1e-14)
 
 
+def test_units_of_pint_are_loaded_once(monkeypatch):
+    """They take half a second."""
+    loaded, make = [], pint.UnitRegistry
+    monkeypatch.setattr(pint, "UnitRegistry", lambda: loaded.append(1) or make())
+    for length in ("18 inches", "1.5 feet", "18 apples"):
+        try:
+            assert wt.Wheelset(mass=1500, radius=length).radius == pytest.approx(0.4572)
+        except wt.InputError:
+            assert length == "18 apples"
+    assert len(loaded) <= 1
+
+
 def test_speeds_in_words_of_the_trade_are_understood():
     for given in ("120 km/h", "120 kmh", "120 kph", Q(120, "km/h")):
         assert wt.Scenario(**SCENE | {"speed": given}).speed == pytest.approx(120 / 3.6, rel=1e-14)

@@ -219,6 +219,7 @@ def check_value_is_named(data, tmp_path, name, index, value, said):
     assert str(caught.value).startswith(f"{tmp_path / 'a.nc'}: {said}")
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize(
     ("name", "value", "said"),
     [

@@ -192,6 +192,7 @@ CHANGED_PATHS = ("spot that remembers", "marks of a wheel before", "coach that y
 """Those whose march has changed the paths of wheels, so that files keep these."""
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", KEPT)
 def test_a_record_comes_back_to_the_same_bits_from_what_it_was_made_of_and_its_log(tmp_path, name):
     record = wt.simulate(KEPT[name])

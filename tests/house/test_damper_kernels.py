@@ -49,6 +49,7 @@ def answer_here(arguments, capsys, monkeypatch):
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("arguments", [(), ("bush",)])
 def test_without_compilation_the_answers_are_the_same_and_a_second_process_compiles_nothing(

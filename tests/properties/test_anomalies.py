@@ -106,6 +106,7 @@ def test_at_rest_nothing_moves(name):
     np.testing.assert_allclose(force_of(record), 1e5, rtol=1e-6)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", ANOMALIES)
 def test_energy_closes(name):
     first = 0.1234 if len(ANOMALIES[name]) > 1 else 0.0  # of the seats: between two macro steps of an even bay

@@ -284,6 +284,7 @@ def test_a_length_that_the_recording_does_not_tell_is_not_given():
     assert finding.to_dict()["size_interval_90"][0] == pytest.approx(finding.interval[0])
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("fault", CATALOGUE)
 def test_a_site_that_is_certain_of_everything_is_diagnosed(fault):
     """Nothing is left to fit but the fault's own size."""

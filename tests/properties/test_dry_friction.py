@@ -182,6 +182,7 @@ def changes_of(record, name):
     return mine.time.values, list(mine.kind.values)
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("track", [None, "rails"])
 @pytest.mark.parametrize("pitches", [False, True])
 @pytest.mark.parametrize("limits", [(3600.0, 3600.0), (3000.0, 3000.0), (4600.0, 2600.0)])

@@ -123,6 +123,7 @@ def differences(scene, path, value, step, impacts):
     return (rows[0] - 8 * rows[1] + 8 * rows[2] - rows[3]) / (12 * step)
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("name", [name for name in CASES if name != "linear"])
 def test_gradients_of_impulses_and_of_the_highest_position(name):
     scene, parameters, impacts = CASES[name]
@@ -156,6 +157,7 @@ def mass_of(scene, path, value):
     return value if path == "vehicle.mass" else scene.vehicle.mass
 
 
+@pytest.mark.few(7)
 @pytest.mark.parametrize("name", CASES)
 def test_gradients_agree_with_differences_of_the_strict_mode(name):
     scene, parameters, impacts = CASES[name]

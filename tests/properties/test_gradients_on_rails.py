@@ -88,7 +88,7 @@ def test_a_corrugation_that_shakes_the_wheel_off():
     check(BASE, {"irregularity.0.amplitude": 4e-9, "vehicle.mass": 0.3, "speed": 6e-4}, 12)
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "paths", "impacts"),
@@ -283,6 +283,7 @@ def test_a_stiff_track_has_the_derivatives_of_the_wheels_march():
 # -- what has no tangents ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("scene", "path", "feature"),
     [

@@ -77,6 +77,7 @@ def test_a_recording_tells_mass_and_damping_as_well_as_it_can(level):
         assert estimate.reduced == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("level", sorted(LEVELS))
 def test_errors_are_at_the_bound_and_intervals_cover(level):

@@ -43,6 +43,7 @@ PERIODIC = {
 }  # fmt: skip
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("name", PERIODIC)
 def test_an_orbit_closes_in_its_record_and_in_a_public_run(name):
     orbit = wt.orbits.find(PERIODIC[name])

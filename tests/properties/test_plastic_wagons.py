@@ -56,6 +56,7 @@ def test_the_record_of_half_a_coach_on_sleepers_is_stored_and_balanced(tmp_path)
     xr.testing.assert_allclose(wt.wear.marks(loaded).table, wt.wear.marks(record).table, rtol=1e-9, atol=1e-14)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("name", "place", "value"),
     [("pieces", 5, np.nan), ("lanes", 8 * asm.LAST_PIECE, 1e6), ("lanes", 8 * asm.BODY, 2.0)],

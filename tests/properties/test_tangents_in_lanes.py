@@ -91,6 +91,7 @@ def assert_gradients_of_single_cells(cells, turns):
 
 
 # Over a corrugation motions are chaotic: what is left of a digit after some impacts is not compared.
+@pytest.mark.few(10)
 @pytest.mark.parametrize("name", SCENES)
 def test_gradients_in_lanes_are_those_of_single_cells(name):
     chaotic = "corrugation" in name or "without end" in name

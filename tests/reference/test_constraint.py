@@ -86,6 +86,7 @@ def test_a_fresh_flat_pivots_on_its_edges_and_returns_every_revolution():
         assert np.abs(table.height_at(0.05 + revolution * turn + X) - pivot).max() < 1e-15
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize(
     "irregularity",
     [

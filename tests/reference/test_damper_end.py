@@ -190,6 +190,7 @@ CASES = {
 TIMES = np.linspace(0.0005, 0.0395, 157)
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("name", CASES)
 def test_motion_and_events_are_those_of_another_integrator(name):
     one = scene(**CASES[name])

@@ -104,6 +104,7 @@ def test_one_wheelset_over_a_deck_is_that_of_its_own_march(name, method):
         assert jumps_of(record).any()
 
 
+@pytest.mark.few(8)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(24))
 def test_drawn_passages_are_those_of_the_wheelsets_march(seed):
@@ -380,6 +381,7 @@ def elements_of(kinks, along):
     return [*out, pieces.Corners(along, [-rate, rate], [after, damping, after], by_rate=True)]
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", KINKS)
 def test_kinks_over_a_deck_are_those_of_another_program(name):

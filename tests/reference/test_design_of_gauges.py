@@ -39,6 +39,7 @@ def root_mean_square(values):
     return float(np.sqrt((np.asarray(values) ** 2).mean()))
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("cribs", [(0, 1, 2), (0, 2, 5)])
 def test_a_layout_has_the_deviations_that_are_foreseen_of_it(cribs):
     """Both begin at the same place, so that places of the flat are the same."""

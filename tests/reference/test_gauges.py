@@ -219,6 +219,7 @@ def test_kinds_of_a_short_flat_at_speed_are_not_told():
     assert found.fits["fresh"].values[LENGTH] == pytest.approx(0.029, abs=1.5e-3)
 
 
+@pytest.mark.slow
 def test_wheels_without_a_flaw_have_no_flat():
     wheels = tuple(Wheel(load, seed=seed) for load, seed in ((94e3, 500), (34e3, 507)))
     x, readings = passages(20.0, wheels)

@@ -311,6 +311,7 @@ CASES = {
 }  # fmt: skip
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", slow(CASES, "a void", "a wagon that yields", "a bumpstop and corners"))
 def test_they_are_those_of_plain_strict_runs(name):
     changes, paths = CASES[name]

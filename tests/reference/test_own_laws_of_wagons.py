@@ -45,6 +45,7 @@ def drawn_ride(rng):
     }  # fmt: skip
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize(("method", "allowed", "force"), [("default", 3e-8, 1e-6), ("strict", 2e-11, 1e-9)])
 def test_a_wagon_that_only_bounces_is_a_wheelset(law, method, allowed, force):

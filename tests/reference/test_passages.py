@@ -85,6 +85,7 @@ def test_two_programs_agree_on_a_passage(name):
     assert largest < 1e-2
 
 
+@pytest.mark.few(3)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "fault", ["healthy", "broken spring", "lost damper", "mass deviation", "free play", "soft bush", "wheel flat"]

@@ -33,6 +33,7 @@ def drawn(rng):
 DECK = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("kind", LAWS)
 @pytest.mark.parametrize(("method", "allowed", "force"), [("default", 5e-9, 3e-6), ("strict", 2e-11, 1e-8)])
 def test_a_wagon_that_only_bounces_is_a_wheelset(kind, method, allowed, force):

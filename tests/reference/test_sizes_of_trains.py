@@ -71,6 +71,7 @@ def recordings(flawed):
     return {f"{number}": Recording(row, RATE, "force") for number, row in enumerate(noisy)}, wheels, passages
 
 
+@pytest.mark.whole
 @pytest.mark.slow
 def test_wheels_without_a_flaw_are_healthy():
     found, _, _ = recordings(False)

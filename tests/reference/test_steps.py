@@ -387,7 +387,7 @@ def test_hermites_rule_is_exact_for_polynomials(many):
 LANED = VARIANTS[:OF_YIELDING]
 
 
-@pytest.mark.few(5)
+@pytest.mark.few(8)
 @pytest.mark.parametrize("order", [12, *slow_but([20])])
 @pytest.mark.parametrize("terms", LANED, ids=lambda terms: terms.name)
 def test_coefficients_in_lanes_are_those_of_50_digits_and_lengths_those_of_one_wheel(terms, order):
@@ -541,6 +541,7 @@ def test_sine_and_cosine_in_lanes_are_exact_to_rounding():
         np.testing.assert_allclose(L[at.LANE_W0 : at.LANE_W0 + 8], np.cos(angle), atol=5e-16)
 
 
+@pytest.mark.few(3)
 @pytest.mark.skipif(
     not llvm.get_host_cpu_features().get("fma", False) or bool(numba.config.DISABLE_JIT), reason="needs a CPU with FMA"
 )
@@ -562,6 +563,7 @@ def test_the_machine_code_of_the_lanes_is_packed(number, fewest):
     assert len(alone) <= (30 if number == variants.TURN_BENT else 0)  # what all lanes have in common, once
 
 
+@pytest.mark.few(1)
 @pytest.mark.skipif(
     not llvm.get_host_cpu_features().get("fma", False) or bool(numba.config.DISABLE_JIT), reason="needs a CPU with FMA"
 )

@@ -169,6 +169,7 @@ def finite_rail(section, omega, where, at, bays, per_bay):
     return spsolve(matrix, force)[reading]
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize("name", TRACKS)
 @pytest.mark.parametrize("frequency", [1.0, 120.0, 480.0, 1030.0, 2400.0])
 def test_receptance_by_finite_elements(name, frequency):
@@ -203,6 +204,7 @@ def test_modes_and_residual_are_the_infinite_track_at_rest(name):
         assert found.real == pytest.approx(float(wt.tracks.static_deflection(track, x)), rel=1e-9)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", slow_but(TRACKS, "overdamped"))
 def test_a_ring_answers_like_the_infinite_track(name):
     track = TRACKS[name]

@@ -34,6 +34,7 @@ def test_wheels_run_on_rails_that_stand_upright():
     assert radius_difference(flat, 1e-3) == pytest.approx(radius_difference(tilted, 1e-3), rel=1e-3)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize(
     ("profiles", "field"),
     [

@@ -121,7 +121,7 @@ def asks() -> list[tuple[Callable[[wt.Scenario, Method], None], wt.Scenario, Met
         steps: [scene(wheelset)], record: records, chart: charts, wear: worn,
         diagnosis: [scene(wheelset, track=SCALE)], orbits: [scene(wheelset), scene(wheelset, track=DECK)],
     }  # fmt: skip
-    return [(question, one, method) for method in METHODS for question, scenes in of.items() for one in scenes]
+    return [(question, one, method) for question, scenes in of.items() for method in METHODS for one in scenes]
 
 
 def ask(_: None, number: int) -> list[str]:

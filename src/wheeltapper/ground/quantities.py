@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from decimal import Decimal
+from functools import cache
 from numbers import Real
 from typing import Any
 
@@ -129,15 +130,21 @@ def _from_text(text: str, dimension: str, field: str) -> float:
         raise InputError(
             "", field, f"{value_text(text)}, which is not {_with_article(dimension)}", _allowed_units(dimension)
         )
-    import pint
-
     try:
-        quantity = pint.UnitRegistry().Quantity(float(match[1]), unit)
+        quantity = _registry().Quantity(float(match[1]), unit)
     except Exception as error:  # errors of pint, of Python's tokenizer, and others that an odd text causes
         raise InputError(
             "", field, f"{value_text(text)}, whose unit is not one of {dimension}", _allowed_units(dimension)
         ) from error
     return float(in_si(quantity, dimension, field, text))
+
+
+@cache
+def _registry() -> Any:
+    """Return pint's units, which take half a second to load."""
+    import pint
+
+    return pint.UnitRegistry()
 
 
 def has_unit(value: object) -> bool:
