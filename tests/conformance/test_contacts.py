@@ -108,6 +108,7 @@ def numbers_of(law):
     return [field for field, value in law.model_dump().items() if type(value) is float and value > 0.0]
 
 
+@pytest.mark.slow
 @pytest.mark.few(8)
 @pytest.mark.parametrize(
     "name", sorted(name for name, law in LAWS.items() if takes(GRADIENT, law) and OWN_LAW not in law.needs)

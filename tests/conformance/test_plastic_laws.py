@@ -134,6 +134,7 @@ def test_loading_and_residual_rise_with_the_indentation(name):
     assert np.all(residual < depths)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_an_impact_gives_back_more_than_it_took_only_where_said(name):
     contact = law(name)
@@ -149,6 +150,7 @@ def test_an_impact_gives_back_more_than_it_took_only_where_said(name):
         assert np.all(ratios < 1.0 + 1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_lost_grows_with_the_indentation_but_for_what_is_published(name):
     contact = law(name)

@@ -197,6 +197,7 @@ VEHICLES = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vehicle", VEHICLES)
 def test_a_law_that_is_one_file_goes_with_every_vehicle_and_track(vehicle, dummies):
     """Its force is a method, and it marches as the function of the same force does, to the bit."""
@@ -279,6 +280,7 @@ class FromItsFile(CosineBump):
 """
 
 
+@pytest.mark.slow
 def test_a_new_file_in_a_room_is_all_that_a_new_kind_needs(tmp_path):
     (tmp_path / "somebodys.py").write_text(NEW_FILE, encoding="utf-8")
     code = (

@@ -48,6 +48,7 @@ def offers_what_every_march_does(record):
     assert march.peaks.shape[1] == contract.PEAK_COLUMNS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run", slow(RUN, "ErriB176 on rails", "Wagon on rails"))
 @pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 def test_a_vehicle_runs_its_energy_closes_and_it_is_told_drawn_and_kept(run, tmp_path):

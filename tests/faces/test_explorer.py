@@ -427,6 +427,7 @@ def test_another_kind_keeps_what_it_shares_with_the_one_before() -> None:
     assert isinstance(changed(scene, "contact", {"type": "Linear"}).contact, wt.Linear)
 
 
+@pytest.mark.slow
 def test_everything_that_can_be_taken_holds_the_scene_of_the_page(explorer: Explorer, tmp_path: Path) -> None:
     with Page(explorer) as page:
         page.set("speed", 8.0)
@@ -451,6 +452,7 @@ def test_everything_that_can_be_taken_holds_the_scene_of_the_page(explorer: Expl
     assert request(explorer, "export/none/scene.toml").status == 404
 
 
+@pytest.mark.slow
 def test_a_dropped_scenario_becomes_the_scene_and_other_files_are_told_in_a_line(explorer: Explorer) -> None:
     with Page(explorer) as page:
 

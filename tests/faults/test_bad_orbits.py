@@ -73,6 +73,7 @@ def test_a_start_is_a_state(start):
     assert refusal(lambda: wt.orbits.find(SCENE, start=start)).field.startswith(("start", "displacement"))
 
 
+@pytest.mark.slow
 def test_a_start_far_from_every_orbit_says_how_near_newton_came():
     error = refusal(lambda: wt.orbits.find(SCENE, 5, {"displacement": 0.05, "velocity": 2.0}))
     assert error.field == "start"

@@ -77,6 +77,7 @@ def test_wear_refuses_with_one_message_and_writes_nothing(file, capsys, argument
     assert not output.exists()
 
 
+@pytest.mark.slow
 def test_wear_goes_on_and_says_what_it_did(file, capsys):
     output, picture = file.with_name("wear.nc"), file.with_name("wear.png")
     assert main(["wear", str(file), "--passes", "2", "--output", str(output)]) == 0
@@ -91,6 +92,7 @@ def test_wear_goes_on_and_says_what_it_did(file, capsys):
     assert wt.load(output).sizes["pass"] == 4
 
 
+@pytest.mark.slow
 def test_wear_that_runs_away_ends_with_what_is_computed(file, capsys):
     output = file.with_name("wear.nc")
     text = GOOD.replace("duration = 0.05", "duration = 0.2").replace("load = 91307", "load = 91307\ndamping = 8000")

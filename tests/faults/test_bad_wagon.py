@@ -118,6 +118,7 @@ def test_the_unharmed_vehicles_run(tmp_path):
         assert main(["run", str(file)]) == 0
 
 
+@pytest.mark.slow
 def test_a_wheel_off_the_rails_is_an_outcome_with_its_time(tmp_path, capsys):
     axle = wt.vehicles.Axle(mass=1500.0, inertia=(1120.0, 112.0, 1120.0), position=0.0, load=9e4)
     scene = wt.Scenario(

@@ -49,6 +49,7 @@ def test_an_interrupted_branch_is_continued_to_the_same_end(tmp_path, monkeypatc
         assert kept.kind.values.tolist() == expected.kind.values.tolist()
 
 
+@pytest.mark.slow
 def test_the_command_writes_tells_and_draws(scene_file, tmp_path, capsys):
     file, picture = tmp_path / "branch.nc", tmp_path / "branch.png"
     arguments = ["orbits", str(scene_file), "--over", "speed=4.9:6.9", "--output", str(file)]

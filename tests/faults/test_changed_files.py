@@ -101,6 +101,7 @@ def test_findings_are_kept_only_while_the_sites_files_stay(tmp_path):
     assert kept.read_text() != before
 
 
+@pytest.mark.slow
 def test_a_rewritten_rail_gives_the_new_contact(tmp_path):
     def rail(height):
         y = np.linspace(-36.5, 36.5, 293)

@@ -50,6 +50,7 @@ def test_wrong_usage_is_one_line_that_says_what_is_allowed(arguments, parts, cap
     assert len(said.err) < 400
 
 
+@pytest.mark.slow
 def test_the_result_is_one_json_object(tmp_path, capsys):
     file, output, picture = tmp_path / "scene.toml", tmp_path / "record.nc", tmp_path / "picture.png"
     text = Path(BUMP).read_text(encoding="utf-8").replace("duration = 0.12", "duration = 0.03")
@@ -200,6 +201,7 @@ LOST = IN_PYTHON.replace(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("code", "said"), [(IN_A_KERNEL, "spinning"), (IN_PYTHON, "waiting"), (LOST, "waiting")])
 def test_ctrl_c_ends_a_command_with_one_line_and_code_3(code, said):
     returned, rest, seconds = interrupted(code, said)
@@ -207,6 +209,7 @@ def test_ctrl_c_ends_a_command_with_one_line_and_code_3(code, said):
     assert seconds < 20.0
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_a_command_that_compiles(tmp_path):
     returned, rest, seconds = interrupted(COMPILING, "compiling", {"WHEELTAPPER_CACHE": str(tmp_path)})
     assert returned == 3
@@ -215,6 +218,7 @@ def test_ctrl_c_ends_a_command_that_compiles(tmp_path):
     assert seconds < 20.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [("schema", "site"), ("completion", "bash"), ("--help",), ("--version",)])
 def test_a_command_whose_reader_has_gone_ends_without_a_word(arguments):
     reader, writer = os.pipe()

@@ -131,6 +131,7 @@ def survived(folder, seed, count):
     return read
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_damaged_files_are_read_or_refused(tmp_path):
     assert 0 < survived(tmp_path, 1, 104) < 104
@@ -193,6 +194,7 @@ def test_one_process_reads_a_healthy_folder(tmp_path):
     assert len(used) == 1
 
 
+@pytest.mark.slow
 def test_a_folder_is_diagnosed_but_for_the_files_that_cannot_be_read(tmp_path, capsys, monkeypatch):
     start(monkeypatch, "import os; 'crash' in path.name and os.abort()")
     folder = tmp_path / "recordings"
@@ -251,6 +253,7 @@ def mat5(content, dims):
     return header + (15).to_bytes(4, "little") + len(packed).to_bytes(4, "little") + packed
 
 
+@pytest.mark.slow
 def test_a_small_file_that_unpacks_to_much_is_refused(tmp_path):
     path = tmp_path / "a.csv.gz"
     path.write_bytes(gzip.compress(b"a [g]\n" + ZEROS))

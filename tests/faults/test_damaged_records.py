@@ -176,6 +176,7 @@ def test_a_loaded_record_answers_as_the_one_that_was_saved(saved):
         np.testing.assert_array_equal(loaded.history(5000.0)[name], values)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "index", "value", "said"),
     [
@@ -192,6 +193,7 @@ def test_a_value_that_no_march_writes_is_named(tmp_path, saved, name, index, val
     check_value_is_named(data, tmp_path, name, index, value, said)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "index", "value", "said"),
     [
@@ -219,6 +221,7 @@ def check_value_is_named(data, tmp_path, name, index, value, said):
     assert str(caught.value).startswith(f"{tmp_path / 'a.nc'}: {said}")
 
 
+@pytest.mark.slow
 @pytest.mark.few(3)
 @pytest.mark.parametrize(
     ("name", "value", "said"),
@@ -249,6 +252,7 @@ def test_an_attribute_that_wheeltapper_does_not_write_is_named(tmp_path, saved, 
         assert said in message or not changed.attrs
 
 
+@pytest.mark.slow
 def test_a_changed_scenario_is_refused(tmp_path, saved):
     with xr.open_dataset(saved("wheelset"), engine="h5netcdf") as opened:
         data = opened.load()
@@ -260,6 +264,7 @@ def test_a_changed_scenario_is_refused(tmp_path, saved):
         data.attrs = without_checksum(data)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("loop", "said"), [([99, 0], "loop: found 99"), ("x", "loop: found 'x'")])
 def test_a_loop_that_no_earlier_version_wrote_is_named(tmp_path, loop, said):
     _, data = earlier("wheelset", 2, tmp_path)
@@ -268,6 +273,7 @@ def test_a_loop_that_no_earlier_version_wrote_is_named(tmp_path, loop, said):
         wt.load(tmp_path / "a.nc")
 
 
+@pytest.mark.slow
 def test_an_older_record_without_the_latest_numbers_is_loaded(tmp_path):
     path, data = earlier("wheelset", 2, tmp_path)
     old = data.drop_vars("program_numbers")
@@ -280,6 +286,7 @@ def test_an_older_record_without_the_latest_numbers_is_loaded(tmp_path):
     assert str(record) == str(whole)
 
 
+@pytest.mark.slow
 def test_an_older_record_of_a_wagon_with_other_columns_is_loaded(tmp_path):
     path, data = earlier("wagon", 2, tmp_path)
     old = data.drop_vars(["march_events", "march_peaks"])

@@ -67,6 +67,7 @@ def test_a_damaged_chunk_is_refused_in_one_line_and_computed_again(whole, tmp_pa
     assert files(store) == files(whole[1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chunk", CHUNKS)
 def test_cells_whose_chunk_is_missing_have_the_status_of_cells_not_computed(whole, tmp_path, chunk):
     study, store = copied(whole, tmp_path)
@@ -140,6 +141,7 @@ def old(store):
             chunk.write_bytes(chunk.read_bytes()[:-4])
 
 
+@pytest.mark.slow
 def test_a_store_of_format_1_still_opens_and_goes_on(whole, tmp_path):
     study, store = copied(whole, tmp_path)
     before = wt.load(store).load()

@@ -172,6 +172,7 @@ def test_a_right_argument_is_not_refused(tmp_path):
     assert wt.load(tmp_path / "site.toml") == site()
 
 
+@pytest.mark.slow
 def test_whole_numbers_of_numpy_and_texts_are_numbers(tmp_path):
     vehicle = wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=2e4)
     bump = wt.CosineBump(height=1e-4, length=0.05, start=0.02)

@@ -27,6 +27,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="no process is killed
 # -- processes --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @posix
 def test_a_process_that_dies_takes_no_other_task_with_it(tmp_path):
     how = ["well", "always", "well", "once", "well", "exit", "late", "well", "answering", "well"]
@@ -117,6 +118,7 @@ def second_is_lost(function, shared, tasks, workers):
     yield from ((i, Lost("was ended by SIGKILL") if i == 1 else function(shared, task)) for i, task in enumerate(tasks))
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("killed", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_recording_that_kills_its_process_is_one_row(killed, tmp_path, monkeypatch, capsys):
@@ -275,6 +277,7 @@ def test_passages_that_a_callback_stops_go_on(tmp_path, computed):
     assert len(computed) == len(set(computed)) == 6
 
 
+@pytest.mark.slow
 def test_wheels_that_a_callback_stops_go_on(tmp_path):
     vehicle = wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=2e4)
     bump = wt.CosineBump(height=1e-4, length=0.05, start=0.02)

@@ -25,6 +25,7 @@ WHEELSET = wt.Scenario(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "version"), EARLIER)
 def test_a_file_of_an_earlier_format_answers_as_when_it_was_written(tmp_path, kind, version):
     path, data = earlier(kind, version, tmp_path)
@@ -47,6 +48,7 @@ def test_a_file_of_an_earlier_format_answers_as_when_it_was_written(tmp_path, ki
         np.testing.assert_allclose(values, again.at(times)[name], rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_file_of_format_1_saved_again_has_the_axis_of_contacts(tmp_path):
     path, old = earlier("wagon", 1, tmp_path)
     record = wt.load(path)
@@ -62,6 +64,7 @@ def test_a_file_of_format_1_saved_again_has_the_axis_of_contacts(tmp_path):
     assert wt.load(tmp_path / "new.nc").impacts.identical(record.impacts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "names"), [("wheelset", ()), ("wagon", ("wheelset", "side", "surface"))])
 def test_tables_of_several_wheels_name_them_as_coordinates(tmp_path, kind, names):
     record = wt.load(earlier(kind, 1, tmp_path)[0])
@@ -135,6 +138,7 @@ def damped(delta, rate):
     return 1.4e11 * delta**1.5 * (1.0 + 0.1 * rate)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("force", [cubic, damped, lambda delta: 1.3e11 * delta**1.5])
 def test_a_record_with_a_law_of_ones_own_comes_back_with_its_function(force, tmp_path):
     record = wt.simulate(WHEELSET.replaced({"contact": wt.contact.Law(force)}))
@@ -192,6 +196,7 @@ CHANGED_PATHS = ("spot that remembers", "marks of a wheel before", "coach that y
 """Those whose march has changed the paths of wheels, so that files keep these."""
 
 
+@pytest.mark.slow
 @pytest.mark.few(4)
 @pytest.mark.parametrize("name", KEPT)
 def test_a_record_comes_back_to_the_same_bits_from_what_it_was_made_of_and_its_log(tmp_path, name):
@@ -231,6 +236,7 @@ def worn_rail(path):
     return str(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scenario", "change"),
     [
@@ -256,6 +262,7 @@ def test_a_record_holds_the_files_that_its_scenario_names(tmp_path, scenario, ch
     assert wt.simulate(changed).outcome is Outcome.COMPLETED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("change", "said"), [(1e-4, "largest difference to the stored events is"), (0.3, "events")])
 def test_a_history_that_this_version_makes_otherwise_is_marched_again_and_says_so(tmp_path, monkeypatch, change, said):
     record = wt.simulate(WHEELSET)
@@ -298,6 +305,7 @@ def test_a_log_that_no_longer_fits_the_path_is_marched_again_with_the_events_of_
     assert again.history(5000.0).identical(wt.simulate(WHEELSET).history(5000.0))
 
 
+@pytest.mark.slow
 def test_an_orbit_on_a_deck_comes_back_on_its_own_path(tmp_path):
     scenario = wt.Scenario(
         vehicle=WHEELSET.vehicle, track=wt.FloatingDeck(mass=2e4, stiffness=5e8, damping=2e5), speed=9.0, duration=1.0,
@@ -320,6 +328,7 @@ class Ramp(wt.irregularities.Irregularity):
 """
 
 
+@pytest.mark.slow
 def test_a_class_that_the_loading_process_lacks_is_named_and_tables_stay_readable(tmp_path):
     made = OWN + (
         "wt.simulate(wt.Scenario(vehicle=wt.Wheelset(mass=1500, load=91307), irregularity=Ramp(), speed=9.0, "

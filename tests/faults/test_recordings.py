@@ -293,6 +293,7 @@ def test_constant_short_empty_and_implausible_signals(tmp_path):
         refused(path, part)
 
 
+@pytest.mark.slow
 def test_unit_and_quantity_must_not_contradict(tmp_path):
     path = text(tmp_path / "a.csv", (TIMES, SAMPLES), "t [s],a [g]")
     good(read_recording(path, unit="g", quantity="deck acceleration"))

@@ -82,6 +82,7 @@ def rows_of(file):
         return list(csv.DictReader(text))
 
 
+@pytest.mark.slow
 def test_every_recording_has_a_row_and_every_train_a_page(site_report):
     rows = rows_of(site_report / "index.csv")
     assert len(rows) == 8
@@ -202,6 +203,7 @@ def test_times_of_passages(tmp_path):
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_only_what_has_changed_is_answered_again(tmp_path, monkeypatch):
     from wheeltapper.faces.report import run
 
@@ -290,6 +292,7 @@ def test_a_database_of_an_older_version_is_taken_on(site_report, tmp_path):
     held.close()
 
 
+@pytest.mark.slow
 def test_a_flat_is_followed_over_its_passages_until_the_wheel_is_renewed(tmp_path, monkeypatch):
     from wheeltapper.faces.report import answers
 
@@ -427,6 +430,7 @@ def odd_entries(folder):
     shut.mkdir(mode=0)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="file systems elsewhere refuse such names")
 def test_odd_names_and_entries_have_rows_and_pages_of_their_own(tmp_path, capsys):
     folder, output = tmp_path / "in", tmp_path / "out"

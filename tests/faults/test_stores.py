@@ -62,6 +62,7 @@ def files(path):
     return {str(file.relative_to(path)): file.read_bytes() for file in sorted(path.rglob("*")) if file.is_file()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gradient", ["false", "true", '["speed"]'])
 def test_a_store_opens_in_plain_xarray_and_holds_what_sweep_says(tmp_path, capsys, gradient):
     study, store = written(tmp_path, gradient=gradient), tmp_path / "map.zarr"

@@ -67,6 +67,7 @@ def test_the_title_tells_slowness_and_exaggeration(record):
     assert film.motion == "the wheel on the rail: 25 times slower, heights 50 times larger than lengths"
 
 
+@pytest.mark.slow
 def test_rail_and_sleepers_give_way_below_the_wheel():
     changes = {"duration": 0.06, "irregularity.0.position": 0.9}
     run = wt.simulate(wt.load("examples/flat_on_ballast.toml").replaced(changes))

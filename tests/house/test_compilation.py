@@ -63,6 +63,7 @@ def answer_here(arguments, capsys, monkeypatch):
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments", [(), pytest.param(("deck",), marks=pytest.mark.slow), pytest.param(("map",), marks=pytest.mark.slow)]
 )
@@ -465,6 +466,7 @@ print(json.dumps(changed + [str(one) for one in caching.CacheImpl._locator_class
 """
 
 
+@pytest.mark.slow
 def test_importing_the_package_changes_nothing_of_numba_s():
     assert answer(script=UNTOUCHED)[0] == []
 

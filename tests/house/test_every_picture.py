@@ -70,6 +70,7 @@ def test_every_name_in_the_list_of_drawers_is_a_function():
         assert isinstance(getattr(import_module(f"wheeltapper.{module}"), name), type), kind
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NOUNS)
 def test_a_noun_draws_itself(name):
     figure = NOUNS[name].plot()
@@ -78,6 +79,7 @@ def test_a_noun_draws_itself(name):
     assert len(interactive_figure(figure).data)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", wt.diagnosis.CATALOGUE)
 def test_a_fault_draws_the_force_that_it_changes_and_what_is_believed_of_it(name):
     fault = wt.diagnosis.CATALOGUE[name]
@@ -155,6 +157,7 @@ def test_a_suspension_shows_its_bumpstop():
     np.testing.assert_allclose(kinked, [-3.0, 0.0, 3.0], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_deck_gives_way_as_one_mass_does_and_cones_have_their_conicity():
     line = wt.FloatingDeck(mass=5000, stiffness=2e7, damping=1e4).plot().axes[0].get_lines()[0]
     frequency, receptance = line.get_data()
@@ -178,6 +181,7 @@ def record():
     return wt.simulate(BUMP)
 
 
+@pytest.mark.slow
 def test_the_tables_of_a_record(record):
     for table in (
         record.events,
@@ -196,6 +200,7 @@ def test_the_tables_of_a_record(record):
     assert named == ["loss (11)", "impact (11)"]
 
 
+@pytest.mark.slow
 def test_readings_of_a_track_and_a_train_of_several_wheels():
     changes = {"duration": 0.05, "irregularity.0.position": 0.6}
     run = wt.simulate(wt.load("examples/flat_on_ballast.toml").replaced(changes))
@@ -213,6 +218,7 @@ def test_several_records_are_named_by_what_sets_them_apart(record):
         wt.plot([record, wt.Hertz(constant=1e11)])
 
 
+@pytest.mark.slow
 def test_guiding_forces_and_running_safety_of_a_coach():
     coach = wt.Scenario(
         vehicle=wt.Wagon.erri_b176(), speed=20.0, duration=0.3, creep=wt.creep.Polach(),

@@ -79,6 +79,7 @@ def test_every_example_has_its_number() -> None:
     assert {path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.rglob("*.py")} == set(SCRIPTS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_the_scenario_runs_on_the_command_line(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output, picture = tmp_path / "record.nc", tmp_path / "picture.png"
@@ -91,6 +92,7 @@ def test_the_scenario_runs_on_the_command_line(name: str, tmp_path: Path, capsys
     assert picture.stat().st_size > 10_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SITES)
 def test_the_recording_is_diagnosed_on_the_command_line(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -104,6 +106,7 @@ def test_the_recording_is_diagnosed_on_the_command_line(
     assert (tmp_path / f"{recording}.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STUDIES)
 def test_the_study_fills_a_store_on_the_command_line(name: str, tmp_path: Path) -> None:
     store = tmp_path / "map.zarr"
@@ -114,6 +117,7 @@ def test_the_study_fills_a_store_on_the_command_line(name: str, tmp_path: Path) 
     assert int(chart.status.max()) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow) if one in LONG else one for one in SCRIPTS])
 def test_the_script_runs_and_prints_its_number(
     name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path

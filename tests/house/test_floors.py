@@ -9,6 +9,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from wheeltapper.march.compiling.guests import Kernel
 
 ROOT = Path(__file__).parents[2]
@@ -47,6 +49,7 @@ def opened(text: str) -> list[str]:
     return found
 
 
+@pytest.mark.slow
 def test_nothing_above_opens_a_kernel() -> None:
     """But for the points of contact of a rolling circle, which are a kernel of the paths' own."""
     above = [*ABOVE, *(path for path in sorted((SOURCE / "lower").rglob("*.py")) if path.parent.name != "paths")]
@@ -85,6 +88,7 @@ def test_choosing_and_refusing_need_no_compiler() -> None:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+@pytest.mark.slow
 def test_lowering_a_wheel_imports_nothing_of_rails_that_bend() -> None:
     code = (
         "import sys, wheeltapper as wt; from wheeltapper.lower.door import lowered_scenario\n"

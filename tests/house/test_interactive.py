@@ -30,6 +30,7 @@ def test_an_interactive_record_has_the_same_lines_and_words(tmp_path):
     np.testing.assert_allclose(np.sort(stems.y[1::3]), np.sort(forces[np.isfinite(forces)]))
 
 
+@pytest.mark.slow
 def test_maps_tracks_and_vehicles_become_interactive():
     chart = wt.plot(wt.sweep(BUMP, OVER, PAIR, gradient=True), interactive=True)
     assert len(chart.data) > 10  # level curves and arrows

@@ -62,6 +62,7 @@ def test_names_of_the_march_are_imported_in_one_line_or_qualified(path):
     assert [name for name in long if name.startswith("wheeltapper.march")] == []
 
 
+@pytest.mark.slow
 def test_a_name_of_the_march_has_one_value():
     values = defaultdict(set)
     for path in FILES:

@@ -76,6 +76,7 @@ def test_a_map_and_a_cloud():
     assert flaws(wt.plot(cloud)) == []
 
 
+@pytest.mark.slow
 def test_wear_has_no_offset_and_no_growth_of_noise():
     shape = wt.Corrugation(amplitude=-5e-5, wavelength=0.05, start=0.01)
     rough = BUMP.replaced({"irregularity": shape, "speed": 36.0, "duration": 0.03, "vehicle.damping": 8e3} | PLASTIC)
@@ -89,6 +90,7 @@ def test_wear_has_no_offset_and_no_growth_of_noise():
     assert flaws(wt.plot(wt.wear.marks(wt.simulate(BUMP.replaced(PLASTIC))))) == []
 
 
+@pytest.mark.slow
 def test_a_finding_and_its_recording_and_force(site, recording):
     figure = wt.plot(wt.diagnose(recording, site))
     assert flaws(figure) == []
@@ -126,6 +128,7 @@ def test_a_design_marks_what_it_chose(site):
         assert "chosen" in [str(line.get_label()) for line in axis.get_lines()]
 
 
+@pytest.mark.slow
 def test_a_wagon_shows_its_bodies_to_scale_and_names_all_elements():
     coach = wt.Wagon.erri_b176()
     figure = wt.plot(coach)
@@ -144,6 +147,7 @@ def test_a_wagon_shows_its_bodies_to_scale_and_names_all_elements():
     assert len(wt.plot(wt.Wheelset(mass=1500)).axes) == 3
 
 
+@pytest.mark.slow
 def test_modes_show_roots_and_shapes():
     modes = wt.modes(wt.Scenario(**COACH))
     assert flaws(wt.plot(modes)) == []
@@ -175,6 +179,7 @@ def test_modes_over_speed_follow_what_becomes_unstable():
         wt.plot(several[::-1])
 
 
+@pytest.mark.slow
 def test_comfort_shows_accelerations_running_rms_and_blocks():
     bump = wt.CosineBump(height=2e-3, length=2.0, start=1.0)
     record = wt.simulate(wt.Scenario(**COACH | {"duration": 6.0}, irregularity=bump))
@@ -209,6 +214,7 @@ CORRUGATED = wt.Scenario(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_orbits_and_what_is_asked_about_them():
     orbit = wt.orbits.find(CORRUGATED)
     branch = wt.orbits.follow(orbit, {"speed": (4.0, 8.0)})
@@ -223,6 +229,7 @@ def test_orbits_and_what_is_asked_about_them():
         assert flaws(wt.plot(result)) == []
 
 
+@pytest.mark.slow
 def test_several_borders_share_one_plane_and_differ_in_their_lines():
     orbit = wt.orbits.find(CORRUGATED)
     branch = wt.orbits.follow(orbit, {"speed": (2.5, 8.0)})

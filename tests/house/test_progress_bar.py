@@ -32,6 +32,7 @@ def test_two_seconds_pass_without_a_bar():
     assert bars.PATIENCE == 2.0
 
 
+@pytest.mark.slow
 def test_long_work_shows_what_is_done_and_how_much_of_it(terminal, capsys):
     work(1.0)
     said = capsys.readouterr()
@@ -149,6 +150,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_on_a_terminal_workers_show_no_bar_and_what_is_printed_to_a_pipe_below_a_bar_stays_in_it(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT, encoding="utf-8")

@@ -66,6 +66,7 @@ def test_no_file_names_a_package_registry_or_a_place_of_some_machine() -> None:
     assert not found, "\n".join(found)
 
 
+@pytest.mark.slow
 def test_nothing_refers_to_texts_outside_the_repository() -> None:
     found = []
     for path in files():

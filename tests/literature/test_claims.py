@@ -45,6 +45,7 @@ def measured(number):
     return list(CLAIMS[number].measure())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [pytest.param(number, marks=marks_of(number)) for number in sorted(CLAIMS)])
 def test_a_claims_measures_hold_name_their_sources_say_its_limits_and_stand_on_the_page(number):
     found = measured(number)
@@ -139,6 +140,7 @@ def test_a_claim_that_is_contradicted_says_by_what(capsys):
     assert ", expected 0.95 to 1.05; the paper: section 3" in out
 
 
+@pytest.mark.slow
 def test_the_command_writes_table_and_figures(tmp_path, capsys):
     folder = tmp_path / "new" / "paper"
     assert main(["paper", "law", "C40", "--output", str(folder)]) == 0
@@ -151,6 +153,7 @@ def test_the_command_writes_table_and_figures(tmp_path, capsys):
     assert {path.name for path in folder.iterdir()} == {"claims.csv", "fig7.png", "law.png"}
 
 
+@pytest.mark.slow
 def test_the_command_goes_on_with_what_is_measured(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(DRAW, "law", lambda figure: figure.suptitle("drawn"))
     assert main(["paper", "C40", "C43", "C60", "--output", str(tmp_path)]) == 0
@@ -246,6 +249,7 @@ def restarted(damping, end, stiffness=2.44e6, load=91_307.0, deck=None):
     return [time for time, kind in wheel.solve(end)[0] if kind == "impact"]
 
 
+@pytest.mark.slow
 def test_restarted_integration_gives_the_impacts_of_bumps():
     heavy = restarted(1e5, 0.3)
     found = {f"interval {i + 1} [ms] at c = 1e5": 1e3 * value for i, value in enumerate(np.diff(heavy))}
@@ -254,6 +258,7 @@ def test_restarted_integration_gives_the_impacts_of_bumps():
     hold({"impacts in 0.3 s at c = 2e4": len(restarted(2e4, 0.3))}, bounds("C02", RESTARTED))
 
 
+@pytest.mark.slow
 def test_the_other_program_gives_the_orbits():
     cases = {one["id"].partition(" ")[0]: one for one in orbit_cases()}
     found = {

@@ -28,6 +28,7 @@ def drawn(name):
         return figure, flaws(figure)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param(name, marks=marks_of(name)) for name in sorted(DRAW)])
 def test_a_picture_can_be_read_and_names_its_claims(name):
     figure, found = drawn(name)
@@ -39,6 +40,7 @@ def test_a_picture_can_be_read_and_names_its_claims(name):
     assert own <= named
 
 
+@pytest.mark.slow
 def test_fig_8_shows_which_part_of_the_bogie_swings():
     figure, _ = drawn("fig8")
     causes, drawn_in_paper, *_ = figure.axes
@@ -50,6 +52,7 @@ def test_fig_8_shows_which_part_of_the_bogie_swings():
     assert all("meets it" in " ".join(str(line.get_label()) for line in axis.get_lines()) for axis in figure.axes)
 
 
+@pytest.mark.slow
 def test_fig_7_counts_displacements_from_rest_in_both_models():
     for name in ("fig7", "fig7coach"):
         figure, _ = drawn(name)

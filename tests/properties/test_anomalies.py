@@ -106,6 +106,7 @@ def test_at_rest_nothing_moves(name):
     np.testing.assert_allclose(force_of(record), 1e5, rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", ANOMALIES)
 def test_energy_closes(name):
@@ -180,6 +181,7 @@ def test_events_of_voids_are_not_those_of_wheels():
     assert record.peaks.wheelset.isin([1, 2]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["void", "scatter"])
 def test_a_file_gives_the_record_back(name, tmp_path):
     record = simulated(with_anomalies(*ANOMALIES[name]))

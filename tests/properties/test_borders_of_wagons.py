@@ -122,6 +122,7 @@ def test_a_contact_that_closes_by_its_grip_while_it_is_indented_goes_on(length, 
     assert float(record.energy.relative_imbalance) < 1e-6
 
 
+@pytest.mark.slow
 def test_a_dropped_wagon_has_lost_nothing_before_its_first_impact():
     """A flight that it begins with is no loss: what bounds the first loss is the contact after it."""
     scene = DIP.replaced(

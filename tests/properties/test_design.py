@@ -249,6 +249,7 @@ FAMILY = Family(
 )
 
 
+@pytest.mark.slow
 @drawn(200)
 @given(st.lists(st.floats(0.0, 1.0), min_size=FAMILY.coordinate_count, max_size=FAMILY.coordinate_count), st.booleans())
 def test_layouts_keep_their_bounds_and_have_coordinates(at, alike):
@@ -332,6 +333,7 @@ def test_the_same_seed_finds_the_same_design(found):
     assert small(seed=4).best != found.best
 
 
+@pytest.mark.slow
 def test_the_front_is_what_nothing_beats(found):
     for over in ("largest_force", "total_length"):
         front = found.front(over)

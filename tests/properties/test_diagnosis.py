@@ -55,6 +55,7 @@ def test_plain_faults_are_named_and_sized(fault, size, within):
     assert finding.score(finding.part) > 3.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("size", "seed"), [(0.02, 1), pytest.param(0.08, 3, marks=pytest.mark.slow)])
 def test_flats_are_sized_clipped_or_not(size, seed):
     finding, recording = found("wheel flat", size, seed, SITE)
@@ -159,6 +160,7 @@ def test_recordings_that_cannot_be_diagnosed_are_refused():
         wt.diagnose(recording, SHORT, faults=["no such fault"])
 
 
+@pytest.mark.slow
 def test_a_finding_is_json_and_a_figure(tmp_path):
     finding, _ = found("broken spring")
     told = json.loads(json.dumps(finding.to_dict(), allow_nan=False))
@@ -230,6 +232,7 @@ def test_play_that_is_never_crossed_looks_like_no_damper():
     assert "does not exclude: free play" in str(finding)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cutoff", [4e3])
 def test_a_sensor_with_a_filter_is_seen_through(cutoff):
     sensor = SHORT.sensor.model_copy(update={"cutoff": cutoff, "offset": 0.3, "drift": 0.5})
@@ -314,6 +317,7 @@ def test_forces_of_what_is_not_explained_are_those_of_the_recording(unexplained)
     assert "From the recording: static force 124.2 kN (27.9 kips), largest 980.2 kN (220.4 kips)" in str(finding)
 
 
+@pytest.mark.slow
 def test_no_parameters_are_given_of_a_model_that_does_not_explain_the_recording(unexplained):
     finding, _ = unexplained
     told = finding.to_dict()
@@ -326,6 +330,7 @@ def test_no_parameters_are_given_of_a_model_that_does_not_explain_the_recording(
     wt.plot(finding)
 
 
+@pytest.mark.slow
 def test_no_parameters_are_given_of_a_model_that_nearly_explains_the_recording():
     (recording,) = wt.synthesise(SHORT, seed=1)
     ripple = 0.1 * np.sin(2.0 * np.pi * 37.0 * recording.times)
@@ -337,6 +342,7 @@ def test_no_parameters_are_given_of_a_model_that_nearly_explains_the_recording()
     assert finding.forces_from == "recording"
 
 
+@pytest.mark.slow
 def test_the_forces_of_clipped_recordings_that_nothing_explains_are_bounds():
     tight = SITE.sensor.model_copy(update={"range": 20.0})
     site = Site.model_validate(SITE.model_dump() | {"sensor": tight})

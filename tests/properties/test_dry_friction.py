@@ -87,6 +87,7 @@ def check_random_run(seed):
     assert abs(float(balance.imbalance)) <= 1e-10 * exchanged, seed
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")  # some bumps are sharper than a wheel
 def test_energy_is_never_created():
     for seed in range(60):
@@ -123,6 +124,7 @@ def test_a_mirrored_input_gives_a_mirrored_output(series):
     np.testing.assert_allclose(*([time for _, time in found[side]] for side in (False, True)), rtol=0, atol=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*implausible")
 @pytest.mark.parametrize("series", [None, 2e7])
 def test_on_rails_energy_closes_and_stiff_rails_are_rigid(series):
@@ -250,6 +252,7 @@ def test_symmetric_input_stays_symmetric_where_a_body_may_roll(track):
     assert float(pair.energy.relative_imbalance) < 1e-9
 
 
+@pytest.mark.slow
 def test_one_at_its_limit_sticks_while_the_other_holds(tmp_path):
     # equally shared, 2400 N are the limit of the first; together they hold 4800 N
     record, one = over_hump(("a", 1.0, 1e3, 1.2e3), ("b", -1.0, 3e3, 3.6e3)), over_hump(("one", 0.0, 4e3, 4.8e3))
@@ -317,6 +320,7 @@ def test_it_begins_at_rest_without_a_force():
     np.testing.assert_allclose(level.history(1e3).normal_force, level.static_force, rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_events_name_their_element(tmp_path):
     record = run(vehicle(spring(1e6), friction(series_stiffness=1e7), friction("rigid", force=300.0)))
     found = record.suspension_events

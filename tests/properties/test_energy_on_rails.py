@@ -38,6 +38,7 @@ def test_strictly_the_energy_closes_to_1e_8(scene):
     assert found["track_dissipated"] > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("contact", "irregularity"),
     [
@@ -74,6 +75,7 @@ def test_by_default_it_closes_to_1e_6_and_the_truncation_is_within_1_percent():
     assert kept == pytest.approx(given, rel=0.01)  # but for the truncation
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("irregularity", [None, wt.CosineBump(height=-2e-4, length=0.5, start=0.2)], ids=str)
 @pytest.mark.parametrize("name", ["rolland_UIC60_example", "Zhai2004"])
 def test_the_truncation_is_within_3_percent_where_little_is_exchanged(name, irregularity):
@@ -84,6 +86,7 @@ def test_the_truncation_is_within_3_percent_where_little_is_exchanged(name, irre
     assert abs(found["relative_imbalance"]) < 1e-6
 
 
+@pytest.mark.slow
 def test_it_closes_where_the_end_is_that_of_a_step_but_for_rounding():
     """0.8 s at 4 m/s are a few units of rounding more than a whole number of macro steps."""
     scene = FLAT.replaced({"irregularity": None, "speed": 4.0, "duration": 0.8})

@@ -61,6 +61,7 @@ def told_by_tables(record, impacts, losses, peaks, end, starts_in_flight=False):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [

@@ -74,6 +74,7 @@ def check(scene):
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-4 * default.static_force)
 
 
+@pytest.mark.slow
 def test_both_methods_list_the_same_force_maxima():
     rng = np.random.default_rng(11)
     for _ in range(60):

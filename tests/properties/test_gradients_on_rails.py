@@ -84,6 +84,7 @@ OF_THE_WHEEL = {"vehicle.mass": 0.3, "vehicle.load": 10.0, "vehicle.stiffness": 
 OF_THE_WAVES = {"irregularity.0.amplitude": 4e-9, "irregularity.0.wavelength": 2e-8, "irregularity.0.start": 4e-7}
 
 
+@pytest.mark.slow
 def test_a_corrugation_that_shakes_the_wheel_off():
     check(BASE, {"irregularity.0.amplitude": 4e-9, "vehicle.mass": 0.3, "speed": 6e-4}, 12)
 
@@ -147,6 +148,7 @@ def test_central_differences_of_strict_runs(changes, paths, impacts):
     check(BASE.replaced(changes), paths, impacts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vehicle", [WHEEL, TWO])
 def test_a_swept_map_has_the_derivatives_that_scipy_finds_from_strict_runs(vehicle):
     scene, asked = BASE.replaced({"vehicle": vehicle}), [wt.features.first_loss(), wt.features.largest_force()]

@@ -67,6 +67,7 @@ def measured(level, count, seed):
     return np.array(ratios), np.array(errors), np.mean(covered), found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", ["calibrated", "h and C"])
 def test_a_recording_tells_mass_and_damping_as_well_as_it_can(level):
     ratios, errors, _, found = measured(level, 3, seed=1)
@@ -125,6 +126,7 @@ def test_a_broken_spring_is_seen_from_any_start():
     assert found.reduced == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_a_fit_that_says_it_has_converged_stands_in_the_minimum(seed):
     """Heights, contact constant and mass lie in a narrow valley, in which damped steps are small everywhere."""

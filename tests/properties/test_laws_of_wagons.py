@@ -58,6 +58,7 @@ def test_a_mirrored_scenario_gives_mirrored_results(contact):
     np.testing.assert_allclose(a.sel(side="right"), b.sel(side="left"), rtol=0, atol=1e-9 * one.static_force)
 
 
+@pytest.mark.slow
 def test_a_saved_record_answers_as_before(tmp_path):
     for contact in (DAMPED, STRAIGHT):
         record = wt.simulate(coach({"right": STEP}, 0.01, contact=contact))
@@ -70,6 +71,7 @@ def test_a_saved_record_answers_as_before(tmp_path):
         assert float(again.energy.relative_imbalance) == float(record.energy.relative_imbalance)
 
 
+@pytest.mark.slow
 def test_a_file_with_another_law_than_its_scenario_is_refused(tmp_path):
     record = wt.simulate(coach({"right": STEP}, 0.005))
     record.save(tmp_path / "wagon.nc")
@@ -142,6 +144,7 @@ def test_a_start_that_a_link_forbids_is_refused():
 # -- on rails ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.few(1)
 @pytest.mark.parametrize(
     "changes",

@@ -17,6 +17,7 @@ ASKED = ["largest_force", "time_in_air", "impact_interval"]
 MASS = "vehicle.axles.0.mass"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "over"),
     [

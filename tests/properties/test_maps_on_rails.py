@@ -81,6 +81,7 @@ def far(found, expected):
     return np.max(np.abs(found - expected)[known] / np.maximum(np.abs(expected[known]), 1e-30), initial=0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", slow_but(CASES, "masses and springs"))
 def test_a_map_holds_what_records_say(name):
@@ -175,6 +176,7 @@ GENERALLY = DIP.replaced({"vehicle": wt.vehicles.Wheelsets(wheelsets=(DIP.vehicl
 PATHS = ("irregularity.0.height", "speed")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("losses", "hysteresis"), [(1, None), (2, None), (1, 0.3), (2, 0.3), (1, 3.0)])
 def test_on_a_rigid_rail_the_margin_is_that_of_the_wheels_march(losses, hysteresis):
     height, speed = np.meshgrid(np.linspace(-1.5e-4, -3e-5, 6), np.linspace(3.0, 8.0, 4))

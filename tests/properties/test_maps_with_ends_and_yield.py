@@ -52,6 +52,7 @@ def losses_of(scene):
     return int((wt.simulate(scene).events.kind == "loss").sum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "many"), [*((name, 1) for name in CASES if name != "a spot"), ("a yield", 2)])
 def test_bisection_of_plain_runs_finds_the_same_border(name, many):
     scene = DIP.replaced(CASES[name] | ({"duration": 0.05} if many > 1 else {}))
@@ -67,6 +68,7 @@ UNFELT = {"vehicle.bumpstop_gap": 0.5, "vehicle.bumpstop_stiffness": 1e6}
 PAIR = {"vehicle": wt.vehicles.Wheelsets(wheelsets=(wt.Wheelset(**WHEEL), wt.Wheelset(**WHEEL)), positions=(0.0, -9.0))}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "beside"), [("a yield", PAIR), ("play", UNFELT), ("a bush, damped", UNFELT)])
 def test_a_map_is_that_of_the_general_march(name, beside):
     """A bumpstop that is never touched, or a wheelset far behind, makes it the map of another program."""

@@ -130,6 +130,7 @@ def numbers(record, impacts):
     return np.concatenate([losses, onsets, rates, record.peaks.normal_force.values[:impacts], [record.time_in_air]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_gradients_go_through_losses_and_impacts_while_indented(name):
     scene, custom = CASES[name], wt.features.custom

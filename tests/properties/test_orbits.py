@@ -43,6 +43,7 @@ PERIODIC = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.few(5)
 @pytest.mark.parametrize("name", PERIODIC)
 def test_an_orbit_closes_in_its_record_and_in_a_public_run(name):
@@ -181,6 +182,7 @@ def test_every_point_of_a_branch_is_an_orbit():
         assert found.largest_force == pytest.approx(float(here.largest_force), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_the_multipliers_of_every_orbit_of_a_branch_have_the_exact_product():
     branch = wt.orbits.follow(wt.orbits.find(scene(3.0)), {"speed": (1.0, 20.0)})
     product = (branch.multiplier_real + 1j * branch.multiplier_imag).prod("multiplier")
@@ -206,6 +208,7 @@ def test_an_orbit_of_two_waves_begins_at_the_doubling_of_that_of_one():
     assert float(two.parameter[-1]) == pytest.approx(12.7612672, rel=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "path", ["vehicle.mass", "vehicle.damping", "irregularity.0.wavelength", "contact.constant", "vehicle.load"]
 )
@@ -228,6 +231,7 @@ def test_speed_and_wavelength_count_by_their_ratio_only():
     assert double.kind.values.tolist() == short.kind.values.tolist()
 
 
+@pytest.mark.slow
 def test_a_torus_begins_on_a_light_deck():
     orbit = wt.orbits.find(scene(30.0, vehicle={"damping": 1e3}, track=DECK))
     branch = wt.orbits.follow(orbit, {"speed": (5.0, 31.0)})
@@ -391,6 +395,7 @@ def test_a_ramp_through_resonance_jumps_behind_the_fold(up, per_wave, expected):
     assert float(found.speed[jump]) == pytest.approx(expected, abs=2.5 * per_wave)
 
 
+@pytest.mark.slow
 def test_a_traced_fold_is_the_fold_of_each_branch():
     orbit = wt.orbits.find(scene(6.0))
     branch = wt.orbits.follow(orbit, {"speed": (5.0, 7.0)})
@@ -457,6 +462,7 @@ def test_a_traced_doubling_ends_where_it_meets_another():
     assert np.isfinite(curve.speed.values).tolist() == [True, True, False]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "waves"), [(5.0, 1), (9.0, 3), (36.0, 1)])
 def test_the_growth_exponent_of_a_stable_orbit_is_that_of_its_multipliers(speed, waves):
     orbit = wt.orbits.find(scene(speed), waves)

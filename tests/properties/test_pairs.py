@@ -18,6 +18,7 @@ CHOSEN = [
 STRICT = [one for one in CHOSEN if one[-1] == "strict"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("added", "kind", "track", "method"), slow(CHOSEN, *STRICT))
 def test_what_cannot_be_felt_changes_nothing(added, kind, track, method):
     found = difference(ADDED[added](kind, track, Drawn(height=6e-4 if track == "rails" else 2e-4)), method)
@@ -27,6 +28,7 @@ def test_what_cannot_be_felt_changes_nothing(added, kind, track, method):
     assert max(found.force, found.energy) <= FORCES[method]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("start", [0.03, -0.015], ids=["level", "on the bump"])
 @pytest.mark.parametrize("lift", [0.0, 2e-4], ids=["rest", "raised"])

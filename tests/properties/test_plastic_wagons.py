@@ -56,6 +56,7 @@ def test_the_record_of_half_a_coach_on_sleepers_is_stored_and_balanced(tmp_path)
     xr.testing.assert_allclose(wt.wear.marks(loaded).table, wt.wear.marks(record).table, rtol=1e-9, atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("name", "place", "value"),
@@ -112,6 +113,7 @@ def test_wheels_that_cease_to_yield_within_rounding_of_each_other_go_on():
         assert len(record._march.steps) < 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rolling", ["point", "circle"])
 def test_marks_of_half_a_coach_are_those_of_a_bogie(rolling):
     common = {
@@ -145,6 +147,7 @@ def test_cells_of_a_sweep_are_runs():
 # -- many passes ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("track", ["rigid", pytest.param("sleepers", marks=pytest.mark.slow)])
 def test_passes_of_a_wheelset_without_roll_are_those_of_a_wheelset(track, tmp_path):
     plane = WAVY
@@ -224,6 +227,7 @@ def test_a_wagon_on_which_nothing_presses_has_no_load_that_could_scatter():
         wt.wear_in(scene, 1, progress=False, scatter={"load": 0.1})
 
 
+@pytest.mark.slow
 def test_what_a_coach_carries_is_its_car_body_and_where_it_starts_is_where_all_of_it_stands():
     coach = COACH.vehicle
     heavy = loaded(coach, 1.25)

@@ -379,6 +379,7 @@ def test_large_forces_at_a_kink_of_a_rigid_track_say_that_it_is_rigid(irregulari
     assert (float(record.peaks.normal_force.max()) > 2.5 * record.static_force) == large
 
 
+@pytest.mark.slow
 def test_the_line_of_a_record_says_whose_force_it_is():
     coach = wt.Scenario(vehicle=wt.Wagon.erri_b176(), irregularity=BUMP, speed=20, duration=0.01)
     assert "kN per wheelset)" in str(wt.simulate(scene()))

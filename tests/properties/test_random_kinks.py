@@ -66,6 +66,7 @@ def check_energy(seeds):
     return events
 
 
+@pytest.mark.slow
 def test_energy_closes_and_friction_only_takes():
     assert check_energy(range(2)) > 20
 

@@ -3,6 +3,7 @@
 import warnings
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -65,6 +66,7 @@ def simulated(scenario, method):
         return wt.simulate(scenario, method)
 
 
+@pytest.mark.slow
 @drawn(60)
 @given(scenarios)
 def test_every_valid_scenario_is_answered_soundly(scenario):
@@ -83,6 +85,7 @@ def test_every_valid_scenario_is_answered_soundly(scenario):
     assert (np.diff(record.events.time.values) >= 0).all()
 
 
+@pytest.mark.slow
 @drawn(40)
 @given(scenarios)
 def test_default_and_strict_agree_as_far_as_the_motion_is_predictable(scenario):

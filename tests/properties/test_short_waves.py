@@ -39,6 +39,7 @@ def test_a_wheel_touches_every_crest(shape, wavelength, amplitude):
     assert np.all((amplitude - between > 0.9 * sagitta) & (amplitude - between < 1.001 * sagitta))
 
 
+@pytest.mark.slow
 def test_waves_too_short_to_be_followed_are_refused_soon():
     begun = process_time()
     with pytest.raises(wt.InputError, match=r"irregularity: found .*allowed: longer waves, a shorter run"):

@@ -123,6 +123,7 @@ FEW = ("own law", "own law of exponent 1", "own law of exponent 3", *list(CASES)
 """Slower ones, with fewer starts."""
 
 
+@pytest.mark.slow
 @pytest.mark.few(6)
 @pytest.mark.parametrize("name", slow(CASES, *LONG))
 def test_motions_from_starts_within_a_hair_of_the_touch_are_those_from_the_touch(name):

@@ -168,6 +168,7 @@ UNDAMPED = wt.Scenario(
 UNDAMPED_DECK = UNDAMPED.replaced({"track": wt.FloatingDeck(mass=15_000, stiffness=1.5e7)})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "path", "step"),
     [

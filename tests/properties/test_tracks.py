@@ -65,6 +65,7 @@ def test_receptances_are_reciprocal_and_take_energy_from_the_force(track, freque
     assert float(wt.tracks.decay_rate(track, frequency)) >= -1e-6
 
 
+@pytest.mark.slow
 @drawn(40)
 @given(TRACKS)
 def test_the_ring_that_is_chosen_is_the_shortest_that_is_quiet_enough(track):

@@ -78,6 +78,7 @@ def test_superposition_is_the_limit_of_a_heavy_deck_and_far_off_on_the_reference
     assert 0.1 < off[1.0] < 0.25  # 15 t: the resonance of the contacts couples the wheelsets
 
 
+@pytest.mark.slow
 def test_a_neighbour_on_the_deck_is_not_a_healthy_wheelset_alone_and_says_so():
     where = site()
     faults = ("broken spring", "lost damper", "weak damper")
@@ -191,6 +192,7 @@ def test_the_table_of_a_train_tells_the_truth(train):
     assert 5.0 < found.healthy_ratio < 6.0
 
 
+@pytest.mark.slow
 def test_the_printed_table_is_aligned_and_names_what_to_verify(train):
     text = str(train[1])
     lines = text.split("\n")
@@ -226,6 +228,7 @@ def test_a_wheelset_that_neighbours_shake_is_not_explained_alone():
     assert wt.diagnose(shaken, where).verdict == "not explained"
 
 
+@pytest.mark.slow
 def test_alarms_of_what_is_not_explained_compare_the_force_of_the_recording():
     where = site()
     recordings = synthesise_train(where, [None, Condition("wheel flat", 0.04, 0.3)], seed=3, reach=0.0)

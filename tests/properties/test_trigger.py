@@ -157,6 +157,7 @@ def test_a_healthy_passage_is_found_without_a_trigger():
     assert any("no trigger" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_the_finding_tells_the_time_zero_only_of_an_uncertain_trigger():
     where = site(1e-3, **{"irregularity.0.start": 0.5, "duration": 0.2})
     (recording,) = wt.synthesise(where, seed=1)
@@ -169,6 +170,7 @@ def test_the_finding_tells_the_time_zero_only_of_an_uncertain_trigger():
     assert "Time zero" not in str(exact)
 
 
+@pytest.mark.slow
 def test_the_gauge_s_reading_may_be_given_with_the_recording():
     where = site(1e-3, **{"irregularity.0.start": 0.5, "duration": 0.15})
     (recording,) = wt.synthesise(where, changes={"speed": 12.0}, seed=1)
@@ -259,6 +261,7 @@ def test_a_better_minimum_beside_the_first_is_found():
     assert abs(np.log(constant)) < 4.0 * told.estimate.deviation("contact.constant")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("trigger", [0.0, pytest.param(1e-3, marks=pytest.mark.slow)])
 def test_identify_finds_speed_and_exit_from_the_stated_start(trigger):
     truth, _, recording, _ = measured("lost damper", 22, trigger)

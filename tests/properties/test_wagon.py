@@ -168,6 +168,7 @@ def test_a_hunting_coach_hits_its_rails_with_its_flanges():
     np.testing.assert_allclose(history.vertical_force.sum(("wheelset", "side")) - weight, gained, atol=1e-6 * weight)
 
 
+@pytest.mark.slow
 def test_the_picture_of_a_wagon_and_of_its_reduced_model(tmp_path):
     scene = coach(duration=0.03)
     record = wt.simulate(scene)

@@ -45,6 +45,7 @@ def stronger(factor):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -92,6 +93,7 @@ def test_what_is_symmetric_stays_symmetric():
     np.testing.assert_allclose(times["left"], times["right"], rtol=0, atol=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*implausible")
 def test_ever_stiffer_rails_become_a_stiff_track():
     step = {"irregularity": wt.Step(height=1e-4, position=0.1), "rolling": "circle", "duration": 0.02}

@@ -39,6 +39,7 @@ def fundamental(wear):
 # -- many passes -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_above_resonance_the_crests_are_smoothed():
     wear = wt.wear_in(scene(), 100, hardening=0.0)
     amplitude = fundamental(wear)
@@ -52,6 +53,7 @@ def test_above_resonance_the_crests_are_smoothed():
     assert np.all(np.diff(wear.plastic_work.values) < 0.0)
 
 
+@pytest.mark.slow
 def test_near_resonance_hardening_keeps_the_rail_bounded_and_without_it_runs_away():
     hardened = wt.wear_in(scene(speed=9.0), 60)
     force = hardened.largest_force.values / hardened.static_force
@@ -67,6 +69,7 @@ def test_near_resonance_hardening_keeps_the_rail_bounded_and_without_it_runs_awa
     assert free.sizes["pass"] < 40
 
 
+@pytest.mark.slow
 def test_the_pattern_converges_with_the_sampling_of_second_order():
     x = np.linspace(0.1, 1.9, 2001)
     for hardening in (0.0, 1.0):
@@ -236,6 +239,7 @@ def test_records_with_yield_are_saved_and_read(tmp_path):
     xr.testing.assert_identical(read.history(1e4), record.history(1e4))
 
 
+@pytest.mark.slow
 def test_pictures(tmp_path):
     one = scene(speed=9.0, length=0.6)
     wt.plot(wt.wear.marks(wt.simulate(one)), tmp_path / "marks.png")
@@ -284,6 +288,7 @@ def test_wrong_input_is_refused_with_one_message(changes, options, words):
     assert words in str(raised.value)
 
 
+@pytest.mark.slow
 def test_foreign_files_are_not_overwritten(tmp_path):
     one, file = scene(length=0.2), tmp_path / "wear.nc"
     wt.wear_in(one, 1, store=file)

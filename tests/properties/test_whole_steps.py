@@ -62,6 +62,7 @@ def at_once(record):
     return record._march.steps[:, asm.STEP_CLOSED] >= 2.0**lanes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", slow(CASES, "slowly", "flanges"))
 def test_steps_at_once_are_those_that_are_marched(name, monkeypatch):
     scenario = coach(**CASES[name])
@@ -81,6 +82,7 @@ def test_steps_at_once_are_those_that_are_marched(name, monkeypatch):
     assert float(one.energy.relative_imbalance) < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["default", "strict"])
 def test_no_maximum_of_a_force_is_lost_where_two_macro_steps_meet(method):
     scenario = coach(irregularity={"left": RIPPLES}, speed=26.8, duration=0.12)

@@ -42,6 +42,7 @@ def flats():
     return LINE.passages([*wheels, Wheel(6e4, 99)], 20.0, RATE)
 
 
+@pytest.mark.slow
 def test_an_alarm_compares_what_struck_and_never_more_than_the_true_force(flats):
     named = 0
     for kind in range(12):
@@ -95,6 +96,7 @@ def test_a_slow_wheel_is_on_a_sensor_long_enough_for_a_low_band():
     assert not np.isfinite(alarm.band)
 
 
+@pytest.mark.slow
 def test_the_packages_rules_say_what_a_detector_does_not_measure():
     sensors = both_rails(CRIBS, radius=RADIUS)
     recordings = {k: Recording(v, RATE, "force") for k, v in plain_train(sensors.sensors).items()}

@@ -55,6 +55,7 @@ def worn():
     return rolled(wt.OutOfRound(orders=(3, 8), amplitudes=(3e-4, 1e-4), phases=(0.4, 2.0)), ROUGH, *joints)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [0.0, 4e-5])
 def test_turns_of_a_wheel_are_found_beside_a_louder_joint(change):
     number, expected = np.arange(30), 0.1445
@@ -70,6 +71,7 @@ def test_turns_of_a_wheel_are_found_beside_a_louder_joint(change):
     assert np.ptp(lags) < 3e-4
 
 
+@pytest.mark.slow
 def test_waves_of_the_wheel_and_joints_of_the_rail_are_told_apart():
     found = diagnose_axle_box(worn(), site())
     assert found.verdict == "out of round"
@@ -84,6 +86,7 @@ def test_waves_of_the_wheel_and_joints_of_the_rail_are_told_apart():
     assert "Rail: 2 places stand out" in str(found)
 
 
+@pytest.mark.slow
 def test_joints_of_a_smooth_rail_have_their_length_and_height():
     joints = [wt.irregularities.DippedJoint(depth=d, length=0.4, position=x) for d, x in ((5e-4, 9.0), (3e-4, 21.0))]
     found = diagnose_axle_box(rolled(*joints), site())
@@ -128,6 +131,7 @@ def test_wheels_of_another_program_are_sized_or_healthy():
     assert flat.joints == level.joints == ()
 
 
+@pytest.mark.slow
 def test_the_command_writes_what_it_finds(tmp_path, capsys):
     recording = worn()
     rows = "\n".join(f"{one / 9.80665:.6f}" for one in recording.samples)

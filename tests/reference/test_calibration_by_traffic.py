@@ -46,6 +46,7 @@ def apart(one, true):
     return abs(one.value - true) / one.after
 
 
+@pytest.mark.slow
 def test_gains_and_places_follow_from_traffic_and_the_scale_from_known_loads():
     site = without_track(gauges(TRACK))
     found = calibrate_site(site, traffic())
@@ -206,6 +207,7 @@ def made_up(wheels, rail):
     return made, values
 
 
+@pytest.mark.slow
 def test_the_likelihood_slopes_as_its_differences_do_and_curves_as_fisher_says():
     made, values = made_up(6, 0.3)
     made.mix(values)
@@ -219,6 +221,7 @@ def test_the_likelihood_slopes_as_its_differences_do_and_curves_as_fisher_says()
     assert np.all(np.linalg.eigvalsh(told.information) > 0.0)
 
 
+@pytest.mark.slow
 def test_roughness_that_all_wheels_share_is_told_as_the_rails():
     for rail, low, high in ((0.0, 0.0, 0.05), (0.6, 0.3, 0.9)):
         made, values = made_up(8, rail)
@@ -226,6 +229,7 @@ def test_roughness_that_all_wheels_share_is_told_as_the_rails():
         assert low <= made.mixed.rail <= high
 
 
+@pytest.mark.slow
 def test_a_wheel_that_is_far_rougher_is_left_out():
     made, _ = made_up(8, 0.0)
     made._read[:, 3] *= 12.0

@@ -86,6 +86,7 @@ def test_a_fresh_flat_pivots_on_its_edges_and_returns_every_revolution():
         assert np.abs(table.height_at(0.05 + revolution * turn + X) - pivot).max() < 1e-15
 
 
+@pytest.mark.slow
 @pytest.mark.few(4)
 @pytest.mark.parametrize(
     "irregularity",
@@ -135,6 +136,7 @@ def test_kernel_and_numpy_lower_the_same_path(irregularity, curvature, monkeypat
     np.testing.assert_allclose(by_kernel.factor_at(x), by_numpy.factor_at(x), rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("over", [-1e-12, 1e-12, 1e-6, 2.6e-4, 1e-2])
 def test_a_bump_whose_foot_is_as_hollow_as_the_wheel_is_round(over):
     """There the wheel touches ground and bump at places that hardly differ."""
@@ -153,6 +155,7 @@ def test_a_contact_at_two_points_is_a_kink_and_is_said():
     assert not any("two points" in note for note in lower(wider).notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [(), (wt.Step(height=3e-4, position=0.3),), (wt.WheelFlat(depth=3e-4, position=0.2),)])
 @pytest.mark.parametrize("curvature", [False, True])
 def test_a_rough_profile_with_a_hollow_at_every_sample_conserves_energy(more, curvature):

@@ -190,6 +190,7 @@ CASES = {
 TIMES = np.linspace(0.0005, 0.0395, 157)
 
 
+@pytest.mark.slow
 @pytest.mark.few(5)
 @pytest.mark.parametrize("name", CASES)
 def test_motion_and_events_are_those_of_another_integrator(name):
@@ -297,6 +298,7 @@ def test_a_wheel_that_comes_back_to_where_it_left_a_stop_does_not_reach_it_again
     assert float(gap.max() - gap.min()) == pytest.approx(4e-5, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_a_saved_record_answers_as_before(tmp_path):
     record = wt.simulate(scene(damper_play=2e-5, bush_stiffness=1e8, track=DECK, duration=0.04))
     path = tmp_path / "loose.nc"

@@ -119,6 +119,7 @@ def test_a_stiff_bush_and_a_small_play_on_rails_are_next_to_a_plain_damper():
         assert small == pytest.approx(0.1 * large, rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["play", "both"])
 def test_finer_steps_change_nothing_on_rails(name):
     scene = FLAT.replaced({"vehicle": several(with_damper(name), with_damper(name))})

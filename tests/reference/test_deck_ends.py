@@ -460,6 +460,7 @@ def test_wheelsets_stand_on_heights_ahead_of_a_deck_whatever_holds_it(stiffness)
         assert force == pytest.approx(1.31e11 * depth**1.5, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_record_over_a_deck_with_ends_goes_through_a_file(tmp_path):
     record = wt.simulate(BASE)
     record.save(tmp_path / "run.nc")

@@ -173,6 +173,7 @@ def test_a_wheelset_that_starts_in_the_air_falls_freely_on_rails():
     assert float(np.ravel(met.wheel_displacement)[0]) == pytest.approx(rail, abs=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "vehicle", [BASE.vehicle, wt.vehicles.Bogie(**wt.vehicles.Bogie.example)], ids=["wheel", "bogie"]
 )

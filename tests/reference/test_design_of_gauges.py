@@ -39,6 +39,7 @@ def root_mean_square(values):
     return float(np.sqrt((np.asarray(values) ** 2).mean()))
 
 
+@pytest.mark.slow
 @pytest.mark.few(1)
 @pytest.mark.parametrize("cribs", [(0, 1, 2), (0, 2, 5)])
 def test_a_layout_has_the_deviations_that_are_foreseen_of_it(cribs):
@@ -53,6 +54,7 @@ def test_a_layout_farther_on_is_as_good():
     assert one.value == pytest.approx(other.value, rel=0.015)
 
 
+@pytest.mark.slow
 def test_the_best_of_all_small_layouts_is_found():
     here = judge(6)
     best = here.best_layout(3, None)
@@ -72,6 +74,7 @@ def test_exchange_finds_nearly_the_best_of_all_layouts_of_three_pairs_in_ten_cri
     assert best.value < 1.005 * everything[0] < 0.96 * everything[len(everything) // 2]
 
 
+@pytest.mark.slow
 def test_a_designed_site_is_as_good_as_it_is_assessed(tmp_path, capsys, monkeypatch):
     first_pair_alone(uncertainty=FEW).to_toml(tmp_path / "site.toml")
     rail = {"number": 2, "cribs": 4, "front": (1,), "rates": ("2500 Hz",), "flats": {"wheel flat": 0.03}}

@@ -151,6 +151,7 @@ def test_the_likelihood_ratio_bound_is_the_largest_a90_on_the_contour(ceiling):
     assert found.a90_95 == pytest.approx(np.exp(-best.fun), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_an_estimated_ceiling_agrees_with_another_climb():
     sizes, hits, _ = example(count=800, ceiling=0.7)
     found = hit_miss(sizes, hits, ceiling=None)
@@ -162,6 +163,7 @@ def test_an_estimated_ceiling_agrees_with_another_climb():
         assert 2 * (most - lower) == pytest.approx(norm.ppf(0.975) ** 2, rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_no_curve_of_a_fine_grid_is_likelier(seed):
     """Below a ceiling there are many maxima, steps among them."""

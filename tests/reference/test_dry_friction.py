@@ -48,6 +48,7 @@ def events_of(record):
     return sorted((*both[0], *both[1]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("force", "limit", "series"),
     [
@@ -220,6 +221,7 @@ def drawn_rest(draw, count):
     return Y, free if draw.random() < 0.5 else rows @ draw.integers(-6, 7, width), bounds
 
 
+@pytest.mark.slow
 def test_rest_is_the_only_one_of_all_states():
     draw = np.random.default_rng(20)
     for count in [1, 2, 3, 4, 5] * 12 + [8] * 3:
@@ -231,6 +233,7 @@ def test_rest_is_the_only_one_of_all_states():
         np.testing.assert_allclose(f, least, rtol=0, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_who_moves_has_the_force_that_slides():
     # again by all states: with the limits, then with the lower force of those that move
     draw = np.random.default_rng(21)
@@ -303,6 +306,7 @@ def test_dependent_ones_hold_as_long_as_any_forces_can():
         np.testing.assert_array_equal(at, above)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("numbers", "begin"),
     [
@@ -399,6 +403,7 @@ def test_two_unequal_ones_below_a_body_agree_with_matrix_exponentials(numbers, b
 # -- dampers ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("series", [None, 2e7])
 @pytest.mark.parametrize(
     ("rate", "force"),

@@ -90,6 +90,7 @@ LIMITS = [  # the targets are 0.5 % at 40 dB and 1.5 % at 20 dB; `auto` is the s
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.few(4)
 @pytest.mark.parametrize(("method", "decibels", "limit"), LIMITS)
 def test_nine_of_ten_peaks_lie_within(method, decibels, limit):

@@ -37,6 +37,7 @@ def foreseen(speed=20.0):
     return Foreseen(passing, known_of(place), np.full(len(place.sensors), 0.05))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", ["fresh", "rounded"])
 def test_the_gain_of_a_flat_is_foreseen(shape):
     here, places = foreseen(), foreseen().places(12)
@@ -72,6 +73,7 @@ def test_as_many_flats_are_found_as_foreseen():
     assert hits / 500 == pytest.approx(np.mean(expected), abs=0.06)
 
 
+@pytest.mark.slow
 def test_the_length_is_known_as_well_as_by_a_fit_of_exact_readings():
     here, place = foreseen(), 5
     at = float(here.places(12)[place])
@@ -83,6 +85,7 @@ def test_the_length_is_known_as_well_as_by_a_fit_of_exact_readings():
     assert here.deviation(Flat(0.04, "fresh"), 12)[place] == pytest.approx(0.04 * fit.deviation(LENGTH), rel=0.25)
 
 
+@pytest.mark.slow
 def test_a_site_of_gauges_is_assessed_and_drawn(tmp_path, capsys):
     place = site(sensors=site().sensors[:2])
     place.to_toml(tmp_path / "site.toml")

@@ -56,6 +56,7 @@ def test_a_circle_touches_a_hollow_ahead_and_behind():
     np.testing.assert_allclose(found * RADIUS, arc, atol=1.5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [0.0, 6e-4])
 def test_derivatives_by_a_tread_are_those_of_exact_runs(depth):
     """Differences of runs; in the hollow of 0.6 mm the force falls to 5 kN."""

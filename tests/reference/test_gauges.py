@@ -87,6 +87,7 @@ def responses(passing):
     return responses_of(section_of(TRACK), PAIRS, passing.x[0], passing.x[-1])
 
 
+@pytest.mark.slow
 def test_a_slow_force_reads_one_between_the_gauges_and_nothing_beside():
     x, readings = passages(20.0, (Wheel(8e4, seed=7),))
     passing = passing_of(x, readings[0], 20.0, 8e4, 1)
@@ -120,6 +121,7 @@ def test_responses_go_with_the_seats():
     np.testing.assert_allclose(there.at_places(contact, at + 0.23), own.at_places(contact, at), rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [12.0, 33.0])
 def test_readings_of_a_force_are_those_of_the_whole_run(speed):
     """The operator against the march's own track."""
@@ -145,6 +147,7 @@ def test_readings_of_a_force_are_those_of_the_whole_run(speed):
         assert off < 0.06
 
 
+@pytest.mark.slow
 def test_readings_on_a_track_that_is_a_little_stiffer_are_linear_in_it():
     """A problem's readings near its anchor against a run on the other track."""
     runs, values = Runs(passing_at(22.0), SCENE), values_of(passing_at(22.0), Known(SCENE, SPREAD))

@@ -171,6 +171,7 @@ def test_forces_are_homogeneous_and_accelerations_do_not_change_where_all_that_h
 # -- differences of runs ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "path",
     [
@@ -216,6 +217,7 @@ def test_low_passed_readings_have_the_low_passed_derivatives(path):
     assert relative(own, other).max() < (1e-6 if path.startswith("track") else 3e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "paths"),
     [
@@ -255,6 +257,7 @@ def test_wheels_and_decks_have_the_derivatives_of_strict_runs(changes, paths):
             assert np.sort(np.abs(mine - theirs))[-6] < 1e-6 * size, path
 
 
+@pytest.mark.slow
 def test_places_of_gauges_have_the_slopes_of_the_rail():
     """Two gauges a little apart read what the slope says; the wheel passes each of them in the run."""
     pair, strain = along_track()[0], along_track()[5]
@@ -275,6 +278,7 @@ def test_places_of_gauges_have_the_slopes_of_the_rail():
 # -- where marches have no tangents -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_fields_of_the_track_are_differenced_and_say_how_well():
     sensors = along_track(5e3)[:4]
     scene = STRIKE.replaced({"duration": 0.03, "irregularity": wt.CosineBump(height=5e-5, length=0.1, start=0.3)})
@@ -288,6 +292,7 @@ def test_fields_of_the_track_are_differenced_and_say_how_well():
     assert not errors_of(found, sensors, "vehicle.mass").any()
 
 
+@pytest.mark.slow
 def test_where_a_step_makes_the_force_jump_rails_are_differenced():
     """The change of what rails do would be that under an impulse; the force's own change is known beside the jump."""
     scene = STRIKE.replaced({

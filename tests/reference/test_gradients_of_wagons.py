@@ -15,6 +15,7 @@ WHEELS = 2
 """Wheels of a wheelset, which share the forces of the bogie's."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("track", "allowed"),
     [

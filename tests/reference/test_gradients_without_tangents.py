@@ -78,6 +78,7 @@ def test_what_is_asked_has_the_same_form_on_both_roads():
     assert differenced.gradient_status.attrs["flag_meanings"] == " ".join(TRUST_BY_DIFFERENCES)
 
 
+@pytest.mark.slow
 @pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("changes", "paths"),

@@ -77,6 +77,7 @@ def test_the_parts_of_a_lengths_error_are_those_of_a_least_squares_problem():
     assert own == pytest.approx(np.hypot(np.sqrt(of_readings @ of_readings), of_speed), rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.few(1)
 @pytest.mark.parametrize(("passages", "wheels"), [(20, 50), pytest.param(50, 400, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])

@@ -102,6 +102,7 @@ def test_a_wheelset_over_an_irregular_rail_is_that_of_another_program(kinks, met
     assert (lost >= 10) != pulls
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", TIMES)
 def test_a_bogie_is_that_of_another_program(method):
     primary = KINKS["friction"] | KINKS["bumpstops"]

@@ -170,6 +170,7 @@ def test_a_wheelset_thrown_aside_is_that_of_another_program(contact, force, hold
 # -- on rails ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("contact", "allowed"),
     [

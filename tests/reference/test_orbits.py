@@ -106,6 +106,7 @@ def test_the_main_branch_has_these_special_points_and_no_others():
     assert branch.speed.values[[0, -1]] == pytest.approx([1.0, 60.0], rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     ["O6 upper fold (jump up)", "O7 lower fold (bouncing dies)", "O8 first period doubling",
@@ -126,6 +127,7 @@ def test_the_amplitudes_of_loss_and_doubling_at_9_m_s_are_those_of_the_other_pro
     check_special(branch, "O pd amplitude at 9 m/s")
 
 
+@pytest.mark.slow
 def test_the_bounce_in_two_waves_begins_and_doubles_where_the_other_program_says():
     case = CASES["O lower fold, one bounce in 2 waves"]
     orbit = wt.orbits.find(scene(case["value"] * 1.005), 2, start_of(case))

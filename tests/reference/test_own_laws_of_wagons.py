@@ -45,6 +45,7 @@ def drawn_ride(rng):
     }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.few(3)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize(("method", "allowed", "force"), [("default", 3e-8, 1e-6), ("strict", 2e-11, 1e-9)])
@@ -70,6 +71,7 @@ def test_a_wagon_that_only_bounces_is_a_wheelset(law, method, allowed, force):
 
 
 # Hunt and Crossley's rate along the normal takes the inclination from the slope of the tables and the roll instead.
+@pytest.mark.slow
 @pytest.mark.parametrize(("chi", "events", "forces"), [(0.0, 1e-12, 1e-9), (2.0, 2e-5, 3e-3)])
 def test_a_law_that_is_hertzs_is_hertzs_on_treads_and_flanges(chi, events, forces):
     force = (lambda d, rate: C * d**1.5 * (1.0 + chi * rate)) if chi else (lambda d: C * d**1.5)

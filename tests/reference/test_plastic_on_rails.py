@@ -160,6 +160,7 @@ def solved(amplitude, wavelength, start, duration):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "most"), [(DEFAULT, 1e-9), (STRICT, 1e-11)], ids=["default", "strict"])
 def test_events_of_a_wheel_by_a_general_solver(method, most):
     one = np.ones((1, 1))
@@ -256,6 +257,7 @@ def passes(kind=wt.contact.Thornton):
     return line_of(wt.Scenario(vehicle=wt.Wheelset(**HEAVY), duration=0.2, **ride), 0.0, 4, "strict")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", LAWS)
 def test_wheels_that_follow_are_passes_of_the_yielding_contacts_march(kind):
     line = passes(kind)
@@ -282,6 +284,7 @@ def test_wheels_that_follow_are_passes_of_the_yielding_contacts_march(kind):
     assert left == pytest.approx(surface.settled_indentation()[50 : len(line.sample_positions) - 300], abs=2e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vehicle", ["wheelsets", "bogie"])
 def test_the_paths_of_followers_are_those_that_the_marks_make(vehicle):
     """The same march over the paths as they were in the end leaves the same marks, and makes the same paths again."""
@@ -370,6 +373,7 @@ def test_wear_of_a_rigid_rail_is_that_of_the_yielding_contacts_march(options):
         assert found[name].values == pytest.approx(expected[name].values, abs=1e-12), name
 
 
+@pytest.mark.slow
 def test_the_first_pass_over_a_track_is_its_run():
     scene = WAVY.replaced({"track": SLAB, "contact.yield_force": 1.1e5})
     bogie = wt.vehicles.Bogie(**wt.vehicles.Bogie.example)

@@ -33,6 +33,7 @@ def drawn(rng):
 DECK = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)
 
 
+@pytest.mark.slow
 @pytest.mark.few(3)
 @pytest.mark.parametrize("kind", LAWS)
 @pytest.mark.parametrize(("method", "allowed", "force"), [("default", 5e-9, 3e-6), ("strict", 2e-11, 1e-8)])
@@ -142,6 +143,7 @@ class Aside:
         return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "law"), [(wt.contact.Thornton, thornton), (wt.contact.Stronge, stronge)])
 def test_a_wheelset_thrown_aside_is_that_of_another_program(kind, law):
     bump = wt.CosineBump(height=2e-4, length=0.05, start=0.01)

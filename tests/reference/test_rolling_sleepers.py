@@ -110,6 +110,7 @@ def test_a_wheel_on_one_rail_says_that_its_sleepers_do_not_roll():
         assert any("all wheels are on one rail" in note for note in wt.simulate(scene).notes) == said
 
 
+@pytest.mark.slow
 def test_a_file_keeps_both_ways(tmp_path):
     record = rolled_over(ROLLING, duration=0.01)
     record.save(tmp_path / "a.nc")

@@ -72,6 +72,7 @@ def apart_from_finite_elements(flat, way=7.0):
     return out
 
 
+@pytest.mark.slow
 def test_readings_of_a_smooth_wheel_are_those_of_finite_elements():
     pair, pad, sleeper = apart_from_finite_elements(None)
     assert max(pad) < 2e-3
@@ -118,6 +119,7 @@ def test_a_reading_as_the_wheel_passes_its_place_is_the_one_just_before():
     assert abs(np.diff(read.rail_shear.values[[5500, 5501], 0])[0]) == pytest.approx(LOAD, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_simulated_train_is_measured_as_it_was_loaded():
     """Two wheelsets pass three pairs of gauges; what their simulated recordings give are their loads and speed."""
     vehicle = wt.vehicles.Wheelsets(
@@ -157,6 +159,7 @@ def test_a_sites_seats_count_from_its_own_zero():
         record.recordings(wt.sensors.ContactForce(x1=0.0, x2=1.0, rate=1e15))
 
 
+@pytest.mark.slow
 def test_sensors_of_both_rails_below_a_wagon_read_their_own_side():
     coach = wt.Scenario.from_toml("examples/coach_on_ballast.toml")
     held = {name: getattr(coach, name) for name in ("vehicle", "contact", "track", "creep", "speed")}
@@ -228,6 +231,7 @@ def test_a_strain_at_rest_is_that_of_finite_elements():
     np.testing.assert_allclose(found[away], expected[away], atol=2e-3 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 def test_gauge_and_accelerometers_read_what_finite_elements_do():
     """A dip of the rail. Linear elements answer nodes with ripples of 2.4 kHz; accelerations are compared to 1 kHz."""
     speed, duration, x, seat, before = 30.0, 0.06, 2.1, 3, 0.9
@@ -275,6 +279,7 @@ def spectrally_filtered(fine, times, cutoff):
     return np.fft.irfft(spectrum / (1.0 + (np.sqrt(2.0) - 1.0) * over**8))[: len(fine) : times]
 
 
+@pytest.mark.slow
 def test_recorders_filter_before_they_sample():
     """A strike lasts less than a sample of 5 kHz. Sampled at 80 kHz it is filtered by its spectrum."""
     flat = run(4.0, 30.0, irregularity=wt.WheelFlat(length=0.04, position=2.0, shape="fresh"))
@@ -356,6 +361,7 @@ def test_an_axle_box_of_a_bogie_feels_its_suspension():
         assert np.ptp(expected) > 10.0
 
 
+@pytest.mark.slow
 def test_an_axle_box_of_a_wagon_moves_by_heave_and_roll_of_its_wheelset():
     """ERRI B176: springs stand 1 m from the middle. Their places' displacements, differenced twice, are the witness."""
     coach = wt.Scenario.from_toml("examples/coach_on_ballast.toml")

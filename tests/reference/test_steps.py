@@ -541,6 +541,7 @@ def test_sine_and_cosine_in_lanes_are_exact_to_rounding():
         np.testing.assert_allclose(L[at.LANE_W0 : at.LANE_W0 + 8], np.cos(angle), atol=5e-16)
 
 
+@pytest.mark.slow
 @pytest.mark.few(3)
 @pytest.mark.skipif(
     not llvm.get_host_cpu_features().get("fma", False) or bool(numba.config.DISABLE_JIT), reason="needs a CPU with FMA"

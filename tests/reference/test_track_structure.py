@@ -266,6 +266,7 @@ def dense_ring(section, bays, omega):
     return np.linalg.inv(system)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TRACKS)
 def test_the_residual_falls_with_the_cut_off_and_is_small_beside_the_compliance(name):
     track = TRACKS[name]
@@ -599,6 +600,7 @@ def own_ring(track, bays, omega):
     return np.linalg.inv(system)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bare", [("rail",), ("pads",), ("ballast",), ("rail", "pads", "ballast")])
 def test_a_ring_with_scatter_is_a_dense_matrix_of_all_its_seats(bare):
     """At ends of elements, where these are exact; its frequencies are none of the resonances, which are not damped."""
@@ -611,6 +613,7 @@ def test_a_ring_with_scatter_is_a_dense_matrix_of_all_its_seats(bare):
             assert abs(found - exact[8 * end, 8 * end]) < (1e-3 if omega else 1e-7) * abs(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("accuracy", reach.ACCURACIES)
 def test_a_ring_with_anomalies_has_no_more_unknowns_than_its_eigenvectors_can_take(accuracy):
     """However slowly waves decay; what a shorter ring costs is in its note."""

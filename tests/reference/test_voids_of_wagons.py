@@ -76,6 +76,7 @@ def check_alike(coach, bogie, allowed, allowed_of_wheels):
 UNDAMPED = pytest.mark.filterwarnings("ignore:the ring of 54 m is short")
 
 
+@pytest.mark.slow
 @pytest.mark.few(1)
 @UNDAMPED
 @pytest.mark.parametrize(
@@ -157,6 +158,7 @@ def test_ballast_presses_by_its_depth_under_each_half_of_a_sleeper_that_rolls():
     assert float(np.abs(forces[0] - forces[1]).max()) > 100.0
 
 
+@pytest.mark.slow
 def test_a_damper_against_roll_that_no_void_can_have_is_told():
     scene = rolling_scene(duration=1e-3)
     scene["track"] = scene["track"].model_copy(update={"ballast_roll_damping": 1e4})

@@ -49,6 +49,7 @@ def rolling():
     return at
 
 
+@pytest.mark.slow
 def test_a_wheelset_that_rolls_quasi_statically_is_the_elastic_programs(rolling):
     compared = 0
     for row in rows("contact_mbench_a22_left.csv"):

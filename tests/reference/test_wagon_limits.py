@@ -158,6 +158,7 @@ def under_a_flight(height):
     return [one_bump(8e-5), wt.CosineBump(height=height, length=0.01, start=0.044)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "beyond"), [("default", 1e-5), ("strict", 1e-8)])
 @pytest.mark.parametrize("brief", ["loss", "impact"])
 def test_a_contact_that_changes_twice_within_a_step_is_found(method, beyond, brief):

@@ -72,6 +72,7 @@ def test_an_undamped_mode_is_named_and_is_not_taken_for_hunting():
     assert found == pytest.approx(67.84, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("element", "axis"), [("primary damper", 2), ("secondary damper", 2)])
 def test_a_mode_without_a_damper_of_its_own_does_not_hunt_either(element, axis):
     changed = scene(without_damping_along(element, axis))
@@ -205,6 +206,7 @@ def test_what_cannot_be_reduced_is_refused():
         wt.reduced(scene(irregularity={"left": step}), wheelset=1)
 
 
+@pytest.mark.slow
 def test_the_critical_speed_says_how_it_takes_friction_and_what_it_is_without():
     """Elastic and rigid friction that sticks are a spring and a link; without them the coach is the plain one."""
     place = {"between": ("car body", "bogie 1"), "at": (-1.28, 1.0, 0.8), "along": "x", "force": 500.0}

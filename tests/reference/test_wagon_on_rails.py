@@ -45,6 +45,7 @@ TRACK_ALLOWED = {"default": (2e-6, 1.5e-3), "strict": (1e-7, 2e-4)}
 """Of the largest value, and of the largest acceleration: that jumps where a force begins, and moves with the event."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "rolling", "irregularity"),
     [

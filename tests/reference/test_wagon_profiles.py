@@ -24,6 +24,7 @@ def test_a_radius_difference_beyond_the_flange_is_refused():
             radius_difference(tables, shift)
 
 
+@pytest.mark.slow
 def test_wheels_run_on_rails_that_stand_upright():
     upright = scene(inclination=0)
     record = wt.simulate(upright)
@@ -34,6 +35,7 @@ def test_wheels_run_on_rails_that_stand_upright():
     assert radius_difference(flat, 1e-3) == pytest.approx(radius_difference(tilted, 1e-3), rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.few(3)
 @pytest.mark.parametrize(
     ("profiles", "field"),

@@ -202,6 +202,7 @@ def test_vehicles_by_the_distances_of_axles():
         assert [len(one.axles) for one in vehicles_of(places.tolist())] == [len(kinds[name][0]) for name in names]
 
 
+@pytest.mark.slow
 def test_files_of_channels(tmp_path):
     site = site_of(LINE)
     one = {name: recording.samples for name, recording in recorded(STEADY).items()}
