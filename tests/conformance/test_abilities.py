@@ -410,6 +410,7 @@ def test_every_question_is_asked():
 
 
 @pytest.mark.slow
+@pytest.mark.whole
 def test_what_is_covered_is_answered():
     for cell in pairwise(every_cell()[0]):
         try:

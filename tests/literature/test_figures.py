@@ -29,6 +29,7 @@ def drawn(name):
 
 
 @pytest.mark.slow
+@pytest.mark.few(10)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=marks_of(name)) for name in sorted(DRAW)])
 def test_a_picture_can_be_read_and_names_its_claims(name):
     figure, found = drawn(name)

@@ -38,6 +38,7 @@ from wheeltapper.diagnosis.gauges.responses import responses_of
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
 from wheeltapper.diagnosis.gauges.sizing import Known, problem_of, sized_flat, values_of
 from wheeltapper.diagnosis.gauges.transfer import Transfer
+from wheeltapper.diagnosis.gauges.verdicts import interval_over
 from wheeltapper.diagnosis.gauges.weighing import band_of
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.track.section import section_of
@@ -255,3 +256,10 @@ def test_a_wheel_that_is_out_of_round_is_told_with_its_orders():
     assert 0.005 < sound.unseen[0] <= sound.unseen[1] < 0.025
     with pytest.raises(InputError, match="found a wheel that is healthy; allowed: one with a flat"):
         sound.outlook()
+
+
+def test_an_interval_holds_those_of_all_faults_that_are_left_open():
+    sizes = {"wheel flat": (0.026, (0.025, 0.027)), "rounded flat": (0.0325, (0.031, 0.034))}
+    assert interval_over(["wheel flat"], sizes) == [0.025, 0.027]
+    assert interval_over(["rounded flat", "wheel flat"], sizes) == [0.025, 0.034]
+    assert interval_over(["healthy"], sizes) is None

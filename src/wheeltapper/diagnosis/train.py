@@ -263,10 +263,10 @@ class TrainFinding(Shown):
 def _size_text(entry: Mapping[str, Any]) -> str:
     size, unit = entry.get("size"), entry.get("size_unit", "")
     if size is not None and entry.get("size_interval"):
-        half = 0.5 * (entry["size_interval"][1] - entry["size_interval"][0])
+        low, high = entry.get("sizes", {}).get(entry["verdict"], entry)["size_interval"]
         factor, name = (1e3, "mm") if size >= 1e-3 else (1e6, "um")
         others = [f"{other} {factor * entry['sizes'][other]['size']:.1f} {name}" for other in entry["alike"]]
-        return ", or ".join([f"{factor * size:.1f} ± {factor * half:.1f} {name}", *others])
+        return ", or ".join([f"{factor * size:.1f} ± {factor * 0.5 * (high - low):.1f} {name}", *others])
     interval = [end for end in entry.get("size_interval_90", ()) if end is not None]
     return " to ".join(_with_unit(value, unit) for value in (interval if size is None else [size]))
 

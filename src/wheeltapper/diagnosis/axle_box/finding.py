@@ -21,6 +21,7 @@ from wheeltapper.diagnosis.gauges.verdicts import (
     NAMES,
     alike_of,
     flat_words,
+    interval_over,
     order_size,
     order_words,
     probabilities_of,
@@ -145,7 +146,7 @@ class AxleBoxFinding(Shown):
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but samples, in SI units."""
-        size, interval = self.sizes.get(self.verdict, (None, None))
+        size, _ = self.sizes.get(self.verdict, (None, None))
         turns, best = self.wheel.turns, self.seen.best
         return {
             "source": self.recording.source,
@@ -153,7 +154,7 @@ class AxleBoxFinding(Shown):
             "probabilities": self.probabilities,
             "alike": list(self.alike),
             "size": size,
-            "size_interval": None if interval is None else list(interval),
+            "size_interval": interval_over((self.verdict, *self.alike), self.sizes),
             "size_unit": "" if size is None else "m",
             "sizes": {name: {"size": one, "size_interval": list(ends)} for name, (one, ends) in self.sizes.items()},
             "place": self.place,

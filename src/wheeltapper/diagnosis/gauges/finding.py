@@ -25,6 +25,7 @@ from wheeltapper.diagnosis.gauges.verdicts import (
     NAMES,
     OTHER,
     flat_words,
+    interval_over,
     odds_of,
     order_size,
     order_words,
@@ -241,7 +242,8 @@ class WheelFinding(Shown):
         best, shown = self.sized.best, self.sized.shown
         own, free = best is not None and self.verdict != NOT_EXPLAINED, self.sized.free
         told = self.sized.flaw if own or free is not None else None
-        size, interval = self.sizes.get(self.verdict, (None, None))
+        size, _ = self.sizes.get(self.verdict, (None, None))
+        alike = self.sized.alike if own else ()
         values = {} if best is None or not own else {
             name: {"value": best.values[name], "interval_90": list(best.interval(name, INTERVAL))}
             for name in best.names
@@ -249,9 +251,9 @@ class WheelFinding(Shown):
         return {
             "verdict": self.verdict,
             "probabilities": self.probabilities,
-            "alike": list(self.sized.alike) if own else [],
+            "alike": list(alike),
             "size": size,
-            "size_interval": None if interval is None else list(interval),
+            "size_interval": interval_over((self.verdict, *alike), self.sizes),
             "size_unit": "" if size is None else "m",
             "sizes": {name: {"size": one, "size_interval": list(ends)} for name, (one, ends) in self.sizes.items()},
             "errors": self._errors(),

@@ -84,6 +84,12 @@ def flat_words(
     return said + "".join(f"; not excluded: {name}, {1e3 * sizes[name][0]:.1f} mm" for name in alike)
 
 
+def interval_over(faults: Iterable[str], sizes: Mapping[str, tuple[float, tuple[float, float]]]) -> list[float] | None:
+    """Return the interval that holds those of all these faults; None if none of them has a size."""
+    ends = [sizes[fault][1] for fault in faults if fault in sizes]
+    return [min(low for low, _ in ends), max(high for _, high in ends)] if ends else None
+
+
 def order_words(orders: OutOfRound) -> str:
     """Return the orders that are known, with their intervals."""
     sizes, halves = 1e6 * orders.amplitudes, 1e6 * INTERVAL * orders.deviations
