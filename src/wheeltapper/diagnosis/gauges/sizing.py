@@ -66,9 +66,9 @@ FASTER = 1e-3
 """Runs at another speed are the same, but for when places are passed, as long as it differs by less than this share."""
 APART = 0.05
 """A wheel is where it was measured up to so many m."""
-RADII, NEW_PLACE = (-0.02, -0.01, 0.01, 0.02), 0.01
-"""Changes of the radius with which a flat that explains too little is sought once more, and by how much another place
-differs, m."""
+CYCLES, STRIKES, NEW_PLACE = (-2, -1, 1, 2), (0, 1), 0.01
+"""Where a flat that explains too little is sought once more: a strike is so many waves of the highest compared
+frequency away, the other one of these two where it was; and by how much another place differs, m."""
 LONGER = {"fresh": 1.0, "rounded": 1.3}
 """Length of a flat over that of the fresh one that is most like it."""
 
@@ -221,7 +221,7 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen |
             begun = {shape: fit.values for shape, fit in before.fits.items()}
         sized = _flats_of(problem, seen, begun)
         if sized.best is not None and sized.leaves_much and RADIUS in problem.spread:
-            elsewhere = _of_another_radius(problem, sized.best)
+            elsewhere = _of_another_radius(problem, begun["fresh"])
             other = sized if elsewhere is None else _flats_of(problem, seen, _of_both_shapes(elsewhere))
             if other.best is not None and other.best.misfit < sized.best.misfit:
                 sized = other
@@ -295,18 +295,21 @@ def _found(coarse: Problem, seen: Seen) -> dict[str, float]:
     return _best_of(coarse, [_with_flat(coarse.known, one, RADIUS in names) for one in worth])
 
 
-def _of_another_radius(coarse: Problem, best: Fit) -> dict[str, float] | None:
-    """Return a fresh flat on a wheel of another radius that explains more below a low frequency; None if none does.
+def _of_another_radius(coarse: Problem, begun: Mapping[str, float]) -> dict[str, float] | None:
+    """Return another fresh flat that explains more below a low frequency; None if none does.
 
-    If only one of a flat's strikes is well seen, the other one has several places that explain its readings, each with
-    a radius of its own.
+    If only one of a flat's strikes is well seen, the other one may be a wave off: with a radius of its own.
     """
-    own = {**coarse.known, **{name: best.values[name] for name in _first(coarse)}}
-    own[LENGTH] /= LONGER[best.shape]
-    turn, here = 2.0 * np.pi * own[RADIUS], _best_of(coarse, [own])
-    others = [{**own, RADIUS: own[RADIUS] * (1.0 + share), POSITION: own[POSITION] - share * turn} for share in RADII]
+    here = _best_of(coarse, [{**coarse.known, **{name: begun[name] for name in _first(coarse)}}])
+    grown = here[SPEED] / coarse.band.cutoff / (2.0 * np.pi)
+    others = [
+        {**here, RADIUS: here[RADIUS] + by * grown, POSITION: here[POSITION] - strike * 2.0 * np.pi * by * grown}
+        for by in CYCLES
+        for strike in STRIKES
+    ]
     found = _best_of(coarse, [here, *others])
-    return None if abs(found[POSITION] - here[POSITION]) < NEW_PLACE else found
+    moved, widened = found[POSITION] - here[POSITION], 2.0 * np.pi * (found[RADIUS] - here[RADIUS])
+    return found if max(abs(moved + strike * widened) for strike in STRIKES) > NEW_PLACE else None
 
 
 def _best_of(coarse: Problem, starts: Sequence[dict[str, float]]) -> dict[str, float]:
