@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.diagnosis.gauges.fit import Problem
+from wheeltapper.diagnosis.gauges.known import RADIUS
 from wheeltapper.diagnosis.gauges.orders import Orders, OutOfRound
 from wheeltapper.diagnosis.gauges.passing import LENGTH, POSITION, RUN_IN, SPEED, Runs, Values
 from wheeltapper.diagnosis.gauges.transfer import Transfer
@@ -25,7 +26,7 @@ PLACES = 6
 """Places in a bay at which a strike is simulated."""
 SCREENED = 25.0
 """A wheel of which no flat lowers χ² by so much is not fitted: of 60 without a flaw it was less of 53, at most 41."""
-CANDIDATES = 3
+CANDIDATES = 4
 """So many places of a flat are told."""
 NEEDED = 100.0
 """What a wheel is said to have lowers χ² by so much at least."""
@@ -36,8 +37,9 @@ TRIED = 0.04
 """Length of the flat that is simulated, m."""
 BEFORE, ENDS = 0.02, 0.01
 """A strike's force is taken from so long before it, s; at its end it is faded out over so long."""
-RADII = (-0.008, -0.004, 0.0, 0.004, 0.008)
-"""Of the wheel, less the stated one, over that."""
+RADIUS_STEP, FARTHEST, RADII = 0.004, 1.6, 10
+"""Radii of the wheel that are tried are so far apart, over the stated one; they are so many of its standard deviations
+from it at most, and so many to each side at most."""
 FINE = 4.5
 """Places that are tried are this part of the shortest wave that is read apart."""
 SHORTEST, LONGEST = 0.01, 0.08
@@ -45,7 +47,7 @@ SHORTEST, LONGEST = 0.01, 0.08
 FOUND_FROM = "fresh_flat_found_from"
 """Name of `Seen.found_from` among what is told of a wheel."""
 APART = 0.03
-"""Places of a flat that are no farther apart are one, m."""
+"""Flats none of whose strikes are farther apart are one, m."""
 
 
 class Candidate(NamedTuple):
@@ -131,8 +133,11 @@ class Scan:
         strikes = Strikes(runs, values, transfer)
         begin, end = float(passing.x[0]), float(passing.x[-1])
         first, step = begin - 0.2, speed / (FINE * band.cutoff)
+        most = min(RADII, round(FARTHEST * problem.spread.get(RADIUS, 0.0) / RADIUS_STEP))
         self._tried = [
-            (place, 1.0 + more) for more in RADII for place in np.arange(first, first + self.turn * (1 + more), step)
+            (place, factor)
+            for factor in (1.0 + RADIUS_STEP * np.arange(-most, most + 1)).tolist()
+            for place in np.arange(first, first + self.turn * factor, step)
         ]
         spectra = [strikes.at(np.arange(place, end, self.turn * factor)) for place, factor in self._tried]
         columns = self.weights.over(transfer.of_spectra(np.stack(spectra, axis=1)))
@@ -169,13 +174,17 @@ class Scan:
         found: list[Candidate] = []
         for number in np.argsort(-gain):
             place, own = self._tried[number]
-            ways = [abs((place - one.position + 0.5 * self.turn) % self.turn - 0.5 * self.turn) for one in found]
-            if all(way > APART for way in ways):
+            if all(self._apart(place - one.position, own - one.radius) > APART for one in found):
                 length = float(np.clip(TRIED * np.sqrt(factor[number]), SHORTEST, LONGEST))
                 found.append(Candidate(float(gain[number]), length, float(place), own))
             if len(found) == CANDIDATES:
                 break
         return tuple(found)
+
+    def _apart(self, place: float, radius: float) -> float:
+        """Return how far two flats strike from each other, m, at this turn or the next; differences are given."""
+        ways = np.array([place, place + radius * self.turn])
+        return float(np.abs((ways + 0.5 * self.turn) % self.turn - 0.5 * self.turn).max())
 
     @staticmethod
     def _factors(along: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
