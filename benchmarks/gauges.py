@@ -111,7 +111,7 @@ def peaks_at(one: Drawn, speed: float) -> tuple[float, float]:
     places = line.first + wayside.SPACING * (BAY + np.arange(STRIKES) / STRIKES)
     wheels = [wayside.Wheel(load, 10 * one.seed + k, (one.length, place), one.worn) for k, place in enumerate(places)]
     alone = line.passages(wheels, speed, wayside.FINELY)
-    below = low_passed(alone.forces, wayside.FINELY, 500.0)
+    below = low_passed(alone.forces.T, wayside.FINELY, 500.0).T
     raw_peaks, low_peaks = [], []
     for place, raw, low in zip(places, alone.forces, below, strict=True):
         struck = (alone.x > place - 0.1) & (alone.x < place + BEHIND * speed)

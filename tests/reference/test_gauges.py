@@ -23,7 +23,8 @@ from tests.wayside import (
     Wheel,
 )
 from wheeltapper.diagnosis.gauges.finding import WheelFinding
-from wheeltapper.diagnosis.gauges.fit import moved
+from wheeltapper.diagnosis.gauges.fit import Fit, moved
+from wheeltapper.diagnosis.gauges.outlook import FittedFlat, outlook
 from wheeltapper.diagnosis.gauges.passing import (
     ADVANCE,
     FORCE,
@@ -283,6 +284,27 @@ def test_a_wheel_that_is_out_of_round_is_told_with_its_orders():
     assert 0.005 < sound.unseen[0] <= sound.unseen[1] < 0.025
     with pytest.raises(InputError, match="found a wheel that is healthy; allowed: one with a flat"):
         sound.outlook()
+
+
+@pytest.mark.slow
+def test_peaks_to_come_are_those_of_all_kinds_that_are_left_open():
+    def flat(shape, length, probability):
+        values = {LENGTH: length, POSITION: 0.0, ADVANCE: 0.0, SPEED: 20.0, FORCE: 7e4}
+        none = np.zeros((1, 1))
+        fit = Fit(shape, values, (LENGTH,), none, none, 1.0, 1, none[0], none[0], {}, 0.0)
+        return FittedFlat(fit, 0.0, probability)
+
+    def peaks(*kinds):
+        return outlook(SCENE, kinds, np.array([25.0]), np.array([7e4])).largest_force.values[0, 0]
+
+    fresh, rounded = flat("fresh", 0.045, 0.7), flat("rounded", 0.045, 0.3)
+    worse, better = peaks(fresh), peaks(rounded)
+    assert better[2] < worse[0]
+    low, median, high = peaks(fresh, rounded)
+    assert low < better[2]
+    assert worse[0] < median < high
+    assert high == pytest.approx(worse[2], rel=0.05)
+    np.testing.assert_array_equal(peaks(fresh, rounded._replace(probability=0.0)), worse)
 
 
 def test_an_interval_holds_those_of_all_faults_that_are_left_open():

@@ -14,7 +14,7 @@ from wheeltapper.diagnosis.gauges.fit import Fit
 from wheeltapper.diagnosis.gauges.free_shape import FreeShape
 from wheeltapper.diagnosis.gauges.known import Known
 from wheeltapper.diagnosis.gauges.orders import OutOfRound
-from wheeltapper.diagnosis.gauges.outlook import outlook
+from wheeltapper.diagnosis.gauges.outlook import FittedFlat, outlook
 from wheeltapper.diagnosis.gauges.passing import FORCE, LENGTH, POSITION, SPEED, Passing
 from wheeltapper.diagnosis.gauges.scan import FOUND_FROM
 from wheeltapper.diagnosis.gauges.shares import shares_of
@@ -153,16 +153,22 @@ class WheelFinding(Shown):
         Returns
         -------
         xarray.Dataset
-            Over `speed`, `static_force` and `quantile` ("low", "median", "high": 5, 50 and 95 % of what the fit and the
-            place of the strike in a bay leave open): largest_force and largest_below_500, N.
+            Over `speed`, `static_force` and `quantile` ("low", "median", "high": 5, 50 and 95 % of what the fit leaves
+            open, the flat's kind, too, and the place of the strike in a bay): largest_force and largest_below_500, N.
 
         Raises
         ------
         InputError
             If the wheel has no flat that explains its readings.
         """
-        best, asked = self._flat_and(speeds, static_forces)
-        return outlook(self.known.scene, best, self.sized.deviation(best.shape), *asked)
+        _, asked = self._flat_and(speeds, static_forces)
+        left = (self.verdict, *self.sized.alike)
+        kinds = [
+            FittedFlat(fit, self.sized.deviation(shape), self.probabilities[NAMES[shape]])
+            for shape, fit in self.sized.fits.items()
+            if NAMES[shape] in left
+        ]
+        return outlook(self.known.scene, kinds, *asked)
 
     def breaking_speed(
         self, limit: float | str, *, below_500: bool = False, static_force: float | str | None = None
@@ -218,7 +224,7 @@ class WheelFinding(Shown):
         row, at = best.covariance[best.names.index(LENGTH)], best.names.index(LENGTH)
         known = best._replace(covariance=best.covariance - np.outer(row, row) / row[at])  # as if the length were known
         fits = [known._replace(values={**best.values, LENGTH: one}) for one in LENGTHS]
-        peaks = [outlook(self.known.scene, fit, 0.0, *asked)[name] for fit in fits]
+        peaks = [outlook(self.known.scene, [FittedFlat(fit, 0.0)], *asked)[name] for fit in fits]
         lengths = np.linspace(LENGTHS[0], LENGTHS[-1], 301)
         out: dict[str, float | None] = {}
         for quantile in peaks[0]["quantile"].values.tolist():

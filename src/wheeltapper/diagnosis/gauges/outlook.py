@@ -1,16 +1,16 @@
 """What a wheel with a flat will do at other speeds and loads: the fitted model, run again.
 
-Runs are drawn from what the fit leaves open: the flat's length, unsprung mass, contact and track, as they go together,
-and where in a bay the flat strikes.
+Runs are drawn from what the fit leaves open: the flat's kind, its length, unsprung mass, contact and track, as they go
+together, and where in a bay the flat strikes.
 
 Theory: docs/theory/gauges.rst, section 16.7.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import pi
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,19 +38,27 @@ QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
 """What is told of the draws."""
 BESIDE = (POSITION, ADVANCE, SPEED, FORCE)
 """What is of the passage, not of the wheel and the track."""
+TURN = 0.5 * (5.0**0.5 - 1.0)
+"""Kinds are drawn by multiples of this, so that each strikes all over a bay."""
 
 
-def outlook(scene: Scenario, fit: Fit, deviation: float, speeds: FloatArray, forces: FloatArray) -> xr.Dataset:
+class FittedFlat(NamedTuple):
+    """A flat as one kind, the standard deviation of its length, m, with the error of the model, and its probability."""
+
+    fit: Fit
+    deviation: float
+    probability: float = 1.0
+
+
+def outlook(scene: Scenario, kinds: Sequence[FittedFlat], speeds: FloatArray, forces: FloatArray) -> xr.Dataset:
     """Return the peaks that a fitted flat will make.
 
     Parameters
     ----------
     scene
         One wheel without a flaw on the track.
-    fit
-        The flat.
-    deviation
-        Standard deviation of its length, m, with the error of the model.
+    kinds
+        The flat, as each kind that is left open.
     speeds, forces
         m/s, and static forces, N.
 
@@ -62,13 +70,13 @@ def outlook(scene: Scenario, fit: Fit, deviation: float, speeds: FloatArray, for
     """
     import xarray as xr
 
-    drawn = _draws(fit, deviation)
+    drawn = _draws(kinds)
     peaks = np.empty((2, len(speeds), len(forces), len(drawn)))
     with algebra_on_one_thread():
         for i, speed in enumerate(speeds.tolist()):
             for j, force in enumerate(forces.tolist()):
-                for k, values in enumerate(drawn):
-                    peaks[:, i, j, k] = _peaks(scene, fit.shape, values, speed, force, k / len(drawn))
+                for k, (shape, values) in enumerate(drawn):
+                    peaks[:, i, j, k] = _peaks(scene, shape, values, speed, force, k / len(drawn))
     raw, below = np.moveaxis(np.quantile(peaks, [*QUANTILES.values()], axis=-1), 0, -1)
     axes = ("speed", "static_force", "quantile")
     return xr.Dataset(
@@ -77,8 +85,15 @@ def outlook(scene: Scenario, fit: Fit, deviation: float, speeds: FloatArray, for
     )
 
 
-def _draws(fit: Fit, deviation: float) -> list[dict[str, float]]:
-    """Return values of the wheel and the track as the fit leaves them open; always the same ones."""
+def _draws(kinds: Sequence[FittedFlat]) -> list[tuple[str, dict[str, float]]]:
+    """Return shapes, and values of the wheel and the track, as fits leave them open; always the same ones."""
+    up_to = np.cumsum([kind.probability for kind in kinds])
+    chosen = np.searchsorted(up_to, (0.5 + TURN * np.arange(DRAWS)) % 1.0 * up_to[-1], side="right")
+    each = [_draws_of(kind.fit, kind.deviation) for kind in kinds]
+    return [(kinds[kind].fit.shape, each[kind][number]) for number, kind in enumerate(chosen.tolist())]
+
+
+def _draws_of(fit: Fit, deviation: float) -> list[dict[str, float]]:
     names = [name for name in fit.names if name not in BESIDE]
     index = [fit.names.index(name) for name in names]
     covariance = fit.covariance[np.ix_(index, index)].copy()
