@@ -38,7 +38,7 @@ QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
 """What is told of the draws."""
 BESIDE = (POSITION, ADVANCE, SPEED, FORCE)
 """What is of the passage, not of the wheel and the track."""
-TURN = 0.5 * (5.0**0.5 - 1.0)
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 """Kinds are drawn by multiples of this, so that each strikes all over a bay."""
 
 
@@ -88,7 +88,7 @@ def outlook(scene: Scenario, kinds: Sequence[FittedFlat], speeds: FloatArray, fo
 def _draws(kinds: Sequence[FittedFlat]) -> list[tuple[str, dict[str, float]]]:
     """Return shapes, and values of the wheel and the track, as fits leave them open; always the same ones."""
     up_to = np.cumsum([kind.probability for kind in kinds])
-    chosen = np.searchsorted(up_to, (0.5 + TURN * np.arange(DRAWS)) % 1.0 * up_to[-1], side="right")
+    chosen = np.searchsorted(up_to, (0.5 + GOLDEN * np.arange(DRAWS)) % 1.0 * up_to[-1], side="right")
     each = [_draws_of(kind.fit, kind.deviation) for kind in kinds]
     return [(kinds[kind].fit.shape, each[kind][number]) for number, kind in enumerate(chosen.tolist())]
 
