@@ -37,9 +37,10 @@ TRIED = 0.04
 """Length of the flat that is simulated, m."""
 BEFORE, ENDS = 0.02, 0.01
 """A strike's force is taken from so long before it, s; at its end it is faded out over so long."""
-RADIUS_STEP, FARTHEST, RADII = 0.004, 1.6, 10
+RADIUS_STEP, FARTHEST, RADII = 0.004, 0.8, 10
 """Radii of the wheel that are tried are so far apart, over the stated one; they are so many of its standard deviations
-from it at most, and so many to each side at most."""
+from it at most, and so many to each side at most. With farther ones, a wheel 1.8 % larger explained a flat, and what
+was left of it was a flat of its neighbour."""
 FINE = 4.5
 """Places that are tried are this part of the shortest wave that is read apart."""
 SHORTEST, LONGEST = 0.01, 0.08
