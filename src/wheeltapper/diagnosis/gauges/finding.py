@@ -162,9 +162,9 @@ class WheelFinding(Shown):
             If the wheel has no flat that explains its readings.
         """
         _, asked = self._flat_and(speeds, static_forces)
-        left = (self.verdict, *self.sized.alike)
+        left, likely = (self.verdict, *self.sized.alike), self.probabilities
         kinds = [
-            FittedFlat(fit, self.sized.deviation(shape), self.probabilities[NAMES[shape]])
+            FittedFlat(fit, self.sized.deviation(shape), likely[NAMES[shape]])
             for shape, fit in self.sized.fits.items()
             if NAMES[shape] in left
         ]
