@@ -308,11 +308,12 @@ def test_a_flat_is_followed_over_its_passages_until_the_wheel_is_renewed(tmp_pat
         for axle in found[0].finding.axles:
             axle["wheels"][0].update(seen)
         length = lengths[int(found[0].finding.name[9])]
+        interval = [0.98 * length, 1.02 * length]
         if length:
             found[0].finding.axles[2]["wheels"][0]["finding"] = seen | {
                 "verdict": "wheel flat", "probabilities": {"wheel flat": 1.0}, "alike": [], "size": length,
-                "size_interval": [0.98 * length, 1.02 * length], "size_unit": "m", "largest_force": 2e5,
-                "sizes": {"wheel flat": {"size": length}},
+                "size_interval": interval, "size_unit": "m", "largest_force": 2e5,
+                "sizes": {"wheel flat": {"size": length, "size_interval": interval}},
                 "errors": {"wheel flat": {"own": 0.01, "common": {"contact.constant_per_wheel": 0.01}}},
             }  # fmt: skip
         return found
