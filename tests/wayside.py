@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import sparse
 from scipy.linalg import cho_solve_banded, cholesky_banded, solve_toeplitz
+from scipy.linalg.lapack import dpbtrs
 from scipy.signal import butter, sosfiltfilt
 
 RADIUS, MASS, HERTZ = 0.46, 600.0, 9.4125e10
@@ -232,8 +233,9 @@ class Line:
         """
         h = 1.0 / (every * rate)
         loads, one = np.array([wheel.load for wheel in wheels]), np.arange(len(x))
-        readers = [sparse.csr_matrix(each) for each in self._readers()]
-        factor = self._factor(self.stiffness + 2.0 / h * self.damping + 4.0 / h**2 * self.mass)
+        readers = sparse.csr_matrix(np.hstack(self._readers()))
+        held_by = sparse.hstack([self.mass, self.damping], format="csr")
+        factor, _ = self._factor(self.stiffness + 2.0 / h * self.damping + 4.0 / h**2 * self.mass)
         dofs, shapes = self._shapes(x[:, 0])
         each = np.broadcast_to(np.arange(len(x)), len(wheels)) if len(x) > 1 else np.zeros(len(wheels), dtype=int)
         own_column = np.arange(len(wheels))
@@ -250,17 +252,18 @@ class Line:
         count = x.shape[1] // every
         forces, readings = np.empty((len(wheels), count)), np.empty((len(wheels), len(self.channels), count))
         own, now = 0.25 * h**2 / MASS, loads.copy()
-        unit_load = np.zeros((self.size, len(x)))
+        loaded = np.zeros((self.size, len(wheels) + len(x)), order="F")
         still = np.all(np.diff(x, axis=1, prepend=x[:, :1] - 1.0) == 0.0, axis=0)
         calm = np.convolve(still, np.ones(int(0.2 / h)), "full")[: len(still)] >= int(0.2 / h)
         for step in range(count * every):
             at = x[:, step]
             if step and not calm[step]:
                 dofs, shapes = self._shapes(at)
-                held = self.mass @ (4 / h**2 * u + 4 / h * v + acc) + self.damping @ (2 / h * u + v)
-                unit_load[:] = 0.0
-                unit_load[dofs, one] = shapes
-                solved = cho_solve_banded(factor, np.column_stack([held, unit_load]), check_finite=False)
+                loaded[:] = 0.0
+                loaded[:, : len(wheels)] = held_by @ np.vstack([4 / h**2 * u + 4 / h * v + acc, 2 / h * u + v])
+                loaded[dofs, one + len(wheels)] = shapes
+                solved, _ = dpbtrs(factor, loaded, overwrite_b=True)
+                solved = np.ascontiguousarray(solved)
                 free, unit = solved[:, : len(wheels)], solved[:, len(wheels) :]
                 gives = (shapes * unit[dofs, one]).sum(axis=0)[each] + own
                 fallen = wheel_u + h * wheel_v + 0.25 * h**2 * wheel_a + own * loads
@@ -275,7 +278,7 @@ class Line:
                 wheel_v, wheel_a = wheel_v + 0.5 * h * (wheel_a + fall), fall
             if step % every == 0:
                 forces[:, step // every] = now
-                seen = readers[0] @ u + readers[1] @ v + readers[2] @ acc
+                seen = readers @ np.vstack([u, v, acc])
                 for row, (kind, *_) in enumerate(self.channels):
                     stands = now * self.window(row, at)[each] if kind == "pair" else 0.0
                     readings[:, row, step // every] = seen[row] + stands
@@ -298,8 +301,11 @@ def _contact(open_deflection, gives, guess, hertz):
     """Return forces N with N = C·δ^1.5 and δ = open_deflection - gives·N, by Newton."""
     n = np.maximum(guess, 1.0)
     for _ in range(12):
-        n = np.maximum(n - (n - hertz * (d := np.maximum(open_deflection - gives * n, 0.0)) ** 1.5)
-                       / (1.0 + 1.5 * hertz * np.sqrt(d) * gives), 0.0)  # fmt: skip
+        d = np.maximum(open_deflection - gives * n, 0.0)
+        root = np.sqrt(d)
+        before, n = n, np.maximum(n - (n - hertz * d * root) / (1.0 + 1.5 * hertz * root * gives), 0.0)
+        if (abs(n - before) <= 1e-12 * n).all():
+            break
     return n
 
 

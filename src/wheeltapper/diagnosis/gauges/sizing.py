@@ -313,9 +313,15 @@ def _of_another_radius(coarse: Problem, begun: Mapping[str, float]) -> dict[str,
 
 
 def _best_of(coarse: Problem, starts: Sequence[dict[str, float]]) -> dict[str, float]:
-    """Return the fresh flat that explains most of those fitted from some values."""
-    tried = [fitted(coarse, start, "fresh", _first(coarse), steps=6) for start in starts]
-    return min(tried, key=lambda one: one.chi).values
+    """Return the fresh flat that explains most of those fitted from some values.
+
+    What is far behind after one step is not fitted on.
+    """
+    names = _first(coarse)
+    begun = [fitted(coarse, start, "fresh", names, steps=1) for start in starts]
+    behind = min(one.chi for one in begun) + ALSO
+    ahead = [fitted(coarse, one.values, "fresh", names, 5, one.columns) for one in begun if one.chi <= behind]
+    return min(ahead, key=lambda one: one.chi).values
 
 
 def _best_with_gain(fine: Problem, fits: Mapping[str, Fit]) -> tuple[Fit, float]:
