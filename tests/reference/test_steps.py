@@ -556,7 +556,7 @@ def test_sine_and_cosine_in_lanes_are_exact_to_rounding():
 )  # fmt: skip
 def test_the_machine_code_of_the_lanes_is_packed(number, fewest):
     made = written.compiled(powers.source(1) if number == "energies" else written.source_in_lanes(number, 12))
-    anew = numba.njit(error_model="numpy", fastmath=FASTMATH)(made.py_func)
+    anew = numba.njit(error_model="numpy", fastmath=FASTMATH)(made.shortened())
     anew.compile("void(float64[::1])")
     (code,) = anew.inspect_asm().values()
     assert len(re.findall(r"\bvfn?m(?:add|sub)\d+pd\b", code)) >= fewest
@@ -573,7 +573,7 @@ def test_the_machine_code_of_the_lanes_is_packed(number, fewest):
 )
 def test_the_machine_code_of_eight_directions_is_packed(number, fewest):
     made = written.compiled(written.source_of_tangents(number, 12))
-    anew = numba.njit(error_model="numpy", fastmath=FASTMATH)(made.py_func)
+    anew = numba.njit(error_model="numpy", fastmath=FASTMATH)(made.shortened())
     anew.compile("void(float64[::1], float64[::1], float64[:,::1])")
     (code,) = anew.inspect_asm().values()
     assert len(re.findall(r"\bvfn?m(?:add|sub)\d+pd\b", code)) >= fewest

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import pickle
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext
 from importlib import import_module
 from pathlib import Path
@@ -70,6 +70,11 @@ class _Cache:
         self.kernel = ".".join((*place.parts, py_func.__qualname__))
         self._base = f"{self.kernel} {py_func.__code__.co_firstlineno}"
         self._found: Any = None
+
+    @property
+    def has_found(self) -> bool:
+        """Whether what is loaded next was kept."""
+        return self._found is not None
 
     @property
     def root(self) -> Path:
@@ -138,6 +143,8 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
     is_shared = False
     """Whether others call one copy of it, instead of one of their own each."""
+    shortened: Callable[[], Any] | None = None
+    """What makes a function that does the same, which is compiled in place of its own where nothing was kept."""
 
     def __init__(
         self, py_func: Any, locals: Any = None, targetoptions: Any = None, pipeline_class: Any = Pipeline
@@ -161,6 +168,8 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
                 types = tuple(sigutils.normalize_signature(sig)[0])
                 if types not in self.overloads:
                     stack.enter_context(self._cache.compiling(sig, self.targetctx))
+                    if self.shortened is not None and not self._cache.has_found:
+                        self._compiler.py_func = self.shortened()
                 return super().compile(sig)
             finally:
                 self.overloads = overloads

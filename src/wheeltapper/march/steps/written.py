@@ -102,13 +102,18 @@ def interpreted(code: str) -> Any:
 def compiled(code: str) -> Any:
     """Return the function of a source, ready to be compiled, with calls in place of its long runs."""
     function = interpreted(code)
-    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
-        return function
-    made = _known()
-    short, runs = condensed(code, made)
-    made |= runs
-    exec(compile(short, function.__code__.co_filename, "exec"), made)
-    return uncounted_kernel(made[function.__name__])
+    kernel = uncounted_kernel(function)
+
+    def shortened() -> Any:
+        made = _known()
+        short, runs = condensed(code, made)
+        made |= runs
+        exec(compile(short, function.__code__.co_filename, "exec"), made)
+        return made[function.__name__]
+
+    if kernel is not function:  # as it is where Numba is switched off
+        kernel.shortened = shortened
+    return kernel
 
 
 class _Functions:
