@@ -32,8 +32,8 @@ def needs_peers(file):
 
 @pytest.mark.slow
 def test_every_benchmark_can_be_imported():
-    names = [file.stem for file in FILES]
-    assert len(names) > 20
+    names = [file.stem for file in FILES if file not in PROGRAMS or needs_peers(file)]  # the others run, below
+    assert len(names) > 10
     arguments = [sys.executable, "-c", IMPORTS, *names]
     done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr

@@ -71,6 +71,7 @@ def test_every_name_in_the_list_of_drawers_is_a_function():
 
 
 @pytest.mark.slow
+@pytest.mark.few(25)
 @pytest.mark.parametrize("name", NOUNS)
 def test_a_noun_draws_itself(name):
     figure = NOUNS[name].plot()

@@ -196,6 +196,7 @@ def test_flats_are_sized_and_fresh_ones_told_from_rounded(speed, load, length, p
 
 
 @pytest.mark.slow
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("speed", "load", "length", "position", "changes", "gains", "measured"),
     [

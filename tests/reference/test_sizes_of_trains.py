@@ -119,6 +119,7 @@ def test_flats_of_neighbours_are_told_and_sized(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.whole
 def test_a_train_without_a_steady_speed_is_told():
     cut = {
         name: replace(one, samples=one.samples[:6000], clipped=one.clipped[:6000])

@@ -20,7 +20,6 @@ from wheeltapper.diagnosis.axle_box.turns import FEWEST, average_of, seats_of, t
 from wheeltapper.diagnosis.axle_box.wheel import Wheel, seen_of
 from wheeltapper.diagnosis.gauges.fit import MEASURED_FORCE
 from wheeltapper.diagnosis.gauges.known import RADIUS, known_of
-from wheeltapper.diagnosis.gauges.sizing import HIGHEST
 from wheeltapper.diagnosis.gauges.weighing import ORDER
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
@@ -32,8 +31,8 @@ from wheeltapper.record.recordings.recording import Recording
 FloatArray = NDArray[np.float64]
 LOWEST = 1000.0
 """Samples per second that are needed."""
-PER_CUTOFF = 3.0
-"""Samples per period of the cut-off frequency, at least."""
+HIGHEST, PER_CUTOFF = 800.0, 3.0
+"""The cut-off frequency, Hz, at most, and samples in its period, at least."""
 SPEED_SPREAD = 0.02
 """Standard deviation of a measured speed, over it."""
 WIDE = 3.0

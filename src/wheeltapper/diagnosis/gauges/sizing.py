@@ -32,8 +32,9 @@ from wheeltapper.march.common.blocks import algebra_on_one_thread
 from wheeltapper.record.assessment.filtering import low_passed
 
 FloatArray = NDArray[np.float64]
-HIGHEST = 800.0
-"""Readings are compared up to this frequency, Hz."""
+HIGHEST = 1000.0
+"""Readings are compared up to this frequency, Hz: below it lies what tells rounded flats from fresh ones, and above it the
+first mode of a rail between its sleepers."""
 FIRST_WAVE, FIRST = 0.035, (200.0, 600.0)
 """At first they are compared up to the frequency at which a wave of this length is passed, m, within these limits."""
 FIRST_NOISE = 250.0
