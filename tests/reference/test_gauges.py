@@ -28,6 +28,7 @@ from wheeltapper.diagnosis.gauges.outlook import FittedFlat, outlook
 from wheeltapper.diagnosis.gauges.passing import (
     ADVANCE,
     FORCE,
+    HIGHEST,
     LENGTH,
     POSITION,
     SPEED,
@@ -105,7 +106,7 @@ def test_roughness_has_the_size_that_its_columns_say():
     x, readings = passages(20.0, wheels, differs=False)
     _, (level,) = passages(20.0, (Wheel(8e4),), differs=False)
     passing = passing_of(x, readings[0], 20.0, 8e4, 1)
-    band = band_of(passing, 800.0)
+    band = band_of(passing, HIGHEST)
     columns = rough_columns(band, responses(passing), contact_stiffness(HERTZ, 8e4), MASS)
     begin = int(np.searchsorted(x, PAIRS[0][0] - 1.4))
     rows = slice(begin, begin + len(passing.readings))
@@ -130,7 +131,7 @@ def test_readings_of_a_force_are_those_of_the_whole_run(speed):
     passing = passing_at(speed)
     runs = Runs(passing, SCENE)
     smooth = {SPEED: speed, FORCE: 8e4, ADVANCE: 0.0}
-    band = band_of(passing, 800.0)
+    band = band_of(passing, HIGHEST)
     transfer = Transfer(band, responses(passing), smooth)
 
     def exact(values):
@@ -154,7 +155,7 @@ def test_readings_on_a_track_that_is_a_little_stiffer_are_linear_in_it():
     """A problem's readings near its anchor against a run on the other track."""
     runs, values = Runs(passing_at(22.0), SCENE), values_of(passing_at(22.0), Known(SCENE, SPREAD))
     values |= {LENGTH: 0.04, POSITION: 1.0}
-    problem = problem_of(runs, values, SPREAD, np.full(len(PAIRS), 0.05), 800.0)
+    problem = problem_of(runs, values, SPREAD, np.full(len(PAIRS), 0.05), HIGHEST)
     other = moved(values, "track.pad_stiffness", 0.05)
     stiffer, as_known = (problem.band.smooth(runs.readings(one, "fresh")) for one in (other, values))
     off = problem.read(other, "fresh") - problem.read(values, "fresh") - (stiffer - as_known)

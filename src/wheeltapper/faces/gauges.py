@@ -14,8 +14,8 @@ from wheeltapper.diagnosis.gauges.finding import WheelFinding
 from wheeltapper.diagnosis.gauges.free_shape import FreeShape
 from wheeltapper.diagnosis.gauges.growth import Growth
 from wheeltapper.diagnosis.gauges.known import RADIUS
+from wheeltapper.diagnosis.gauges.passing import Runs
 from wheeltapper.diagnosis.gauges.performance import GaugePerformance
-from wheeltapper.diagnosis.gauges.sizing import HIGHEST
 from wheeltapper.diagnosis.gauges.verdicts import INTERVAL
 from wheeltapper.faces.panels import BLUE, COLOURS, GREEN, RED, legend_above, panels
 from wheeltapper.record.assessment.filtering import low_passed
@@ -37,7 +37,7 @@ def draw_wheel_finding(finding: WheelFinding) -> Figure:
 def draw_wheel(figure: Figure, finding: WheelFinding) -> None:
     """Draw the finding of a wheel into a figure."""
     passing, shown, way = finding.passing, finding.sized.shown, finding.direction
-    cutoff = min(HIGHEST, passing.highest)
+    cutoff = Runs(passing, finding.known.scene).highest
     recorded = np.where(passing.used, low_passed(passing.readings, passing.rate, cutoff), np.nan)
     if shown is None:
         figure.set_size_inches(9.0, 2.6)

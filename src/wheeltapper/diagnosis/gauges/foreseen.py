@@ -20,7 +20,6 @@ from wheeltapper.diagnosis.gauges.known import RADIUS, Known
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
 from wheeltapper.diagnosis.gauges.scan import SCREENED, Scan, Strikes
 from wheeltapper.diagnosis.gauges.sizing import (
-    HIGHEST,
     MODEL_ERROR,
     SMOOTHED,
     coarse_problem,
@@ -155,8 +154,7 @@ class Foreseen:
 
     @cached_property
     def _fine(self) -> Problem:
-        highest = min(HIGHEST, self.runs.passing.highest)
-        return problem_of(self.runs, self.values, self.known.spread, self._gain_spread, highest)
+        return problem_of(self.runs, self.values, self.known.spread, self._gain_spread, self.runs.highest)
 
     @cached_property
     def scan(self) -> Scan:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import pi
 from typing import Any
 
@@ -16,6 +17,8 @@ from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor.along import BetweenPlaces
 from wheeltapper.describe.sensor.base import ANTI_ALIAS
+from wheeltapper.lower.track import waves
+from wheeltapper.lower.track.section import section_of
 from wheeltapper.record.assessment.filtering import RECORDER_ORDER, oversampled, passed_share, recorded
 from wheeltapper.record.record import Record
 from wheeltapper.record.simulate import simulated_quietly
@@ -37,6 +40,9 @@ BEYOND, OWN = 1.4, 0.06
 while the wheel is so near to it, m."""
 KEPT = 48
 """Runs that are kept."""
+HIGHEST, BELOW_PINNED = 900.0, 0.85
+"""Readings are compared up to this frequency, Hz, and at most up to this part of the track's pinned-pinned frequency:
+near it rails ring for longer than `responses` know."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +174,12 @@ class Runs:
     _records: dict[Any, Record] = field(default_factory=dict, repr=False)
     _readings: dict[Any, FloatArray] = field(default_factory=dict, repr=False)
     _forces: dict[Any, FloatArray] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def highest(self) -> float:
+        """Up to which frequency readings are compared, Hz."""
+        pinned = waves.pinned(section_of(self.scene.track)) / (2.0 * pi)
+        return min(HIGHEST, BELOW_PINNED * pinned, self.passing.highest)
 
     def start(self, values: Values) -> float:
         """Return where along the track a run begins, m."""

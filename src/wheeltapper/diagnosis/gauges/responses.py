@@ -21,7 +21,7 @@ ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 PLACES = 24
 """Places in a bay at which responses are known."""
-STEP, HIGHEST = 12.5, 1400.0
+STEP, HIGHEST = 12.5, 1262.5
 """Of the frequencies at which they are known, Hz."""
 NEAR = 1e-7
 """Of the spacing: places that are nearer are one."""

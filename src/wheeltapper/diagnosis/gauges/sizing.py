@@ -32,9 +32,6 @@ from wheeltapper.march.common.blocks import algebra_on_one_thread
 from wheeltapper.record.assessment.filtering import low_passed
 
 FloatArray = NDArray[np.float64]
-HIGHEST = 1000.0
-"""Readings are compared up to this frequency, Hz: below it lies what tells rounded flats from fresh ones, and above it the
-first mode of a rail between its sleepers."""
 FIRST_WAVE, FIRST = 0.035, (200.0, 600.0)
 """At first they are compared up to the frequency at which a wave of this length is passed, m, within these limits."""
 FIRST_NOISE = 250.0
@@ -252,8 +249,8 @@ def _flats_of(problem: Problem, seen: Seen, begun: Mapping[str, Mapping[str, flo
 
 def _with_free_shape(coarse: Problem, sized: Sized) -> Sized:
     """Return a wheel with the tread of free shape that explains it, or as it is where that explains no more."""
-    runs, best, highest = coarse.runs, sized.best, min(HIGHEST, coarse.runs.passing.highest)
-    begun = started(coarse, coarse.known, highest)
+    runs, best = coarse.runs, sized.best
+    begun = started(coarse, coarse.known, runs.highest)
     if begun.estimate.evidence < max(sized.seen.gain, 0.0) + LIKELY:
         return sized
     worn = [path for path in coarse.spread if path == RADIUS]
@@ -275,7 +272,7 @@ def _with_free_shape(coarse: Problem, sized: Sized) -> Sized:
 def _fine(coarse: Problem, at: Mapping[str, float]) -> Problem:
     """Return readings up to the highest frequency, of a wheel that is known to be near some values."""
     runs = coarse.runs
-    return problem_of(runs, coarse.known, coarse.spread, coarse.gain_spread, min(HIGHEST, runs.passing.highest), at=at)
+    return problem_of(runs, coarse.known, coarse.spread, coarse.gain_spread, runs.highest, at=at)
 
 
 def _flawless(problem: Problem, values: Mapping[str, float]) -> Fit:

@@ -20,13 +20,15 @@ from wheeltapper.diagnosis.gauges.known import CONTACT, MASS
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, SPEED, Passing, Runs
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
 from wheeltapper.diagnosis.gauges.scan import free_columns
-from wheeltapper.diagnosis.gauges.sizing import HIGHEST, responses_around
+from wheeltapper.diagnosis.gauges.sizing import responses_around
 from wheeltapper.diagnosis.gauges.weighing import Band, band_of
 
 FloatArray = NDArray[np.float64]
 LEVEL, TILT, NOISE = "roughness level", "roughness tilt", "noise"
 """Logarithms of what the traffic shows besides values of the scene: the power of roughness over that of the level, its
 tilt as in `rough_columns`, and the noise's power over the measured one."""
+HIGHEST = 800.0
+"""Readings of wheels without a flaw are compared up to this frequency, Hz."""
 KEPT = 3
 """Models that are kept."""
 STEP, NEAR = 0.02, 0.12
