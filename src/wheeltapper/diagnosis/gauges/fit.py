@@ -213,7 +213,7 @@ def moved(values: Values, name: str, by: float) -> dict[str, float]:
 
 def fitted(
     problem: Problem, values: Values, shape: str, names: Sequence[str], steps: int = 10,
-    known: Mapping[str, FloatArray] | None = None,
+    known: Mapping[str, FloatArray] | None = None, to_the_end: bool = False,
 ) -> Fit:  # fmt: skip
     """Return a flat fitted to readings.
 
@@ -231,6 +231,8 @@ def fitted(
         Most of them.
     known
         Derivatives by values, if they are known from another fit of the wheel near these values.
+    to_the_end
+        Whether it goes on, with new derivatives, where those that were corrected step by step lead no further.
     """
     search = Search(problem, shape, tuple(names))
     now = search.at(dict(values), np.ones(len(problem.gain_spread)), np.zeros(2 * len(problem.gain_spread)))
@@ -238,10 +240,13 @@ def fitted(
     damping, renewed = DAMPED, [name for name in names if name not in columns]
     for _ in range(steps):
         columns |= {name: search.change(now, name) for name in {*renewed, *AT_ONCE}.intersection(names)}
-        jacobian = search.jacobian(now, columns)
+        jacobian, is_new = search.jacobian(now, columns), renewed == [*names]
         curvature, downhill = search.normal(now, jacobian)
         if not renewed and float(downhill @ np.linalg.solve(curvature, downhill)) < DONE:
-            break
+            if not to_the_end:
+                break
+            renewed = [*names]
+            continue
         for _ in range(TRIES):
             change = np.asarray(np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), downhill))
             after = search.stepped(now, change)
@@ -249,14 +254,16 @@ def fitted(
                 break
             damping = max(damping * MORE, HELD)
         else:
-            if renewed == [*names]:
+            if is_new:
                 break
             renewed = [*names]  # what was corrected step by step leads no further
             continue
         columns, renewed = search.corrected(columns, now, after), []
         fell, now, damping = now.chi - after.chi, after, max(damping / MORE, 1e-8)
         if fell < DONE:
-            break
+            if is_new or not to_the_end:
+                break
+            renewed = [*names]
     inverse, covariance = covariance_of(curvature, search.precision)
     count = int(problem.band.counts.sum())
     return Fit(

@@ -34,6 +34,8 @@ from wheeltapper.record.assessment.filtering import low_passed
 FloatArray = NDArray[np.float64]
 FIRST_WAVE, FIRST = 0.035, (200.0, 600.0)
 """At first they are compared up to the frequency at which a wave of this length is passed, m, within these limits."""
+FARTHER, ENOUGH = 1.5, 0.9
+"""By how much it rises from fit to fit, up to this part of the highest one: far shorter waves mislead a fit."""
 FIRST_NOISE = 250.0
 """Standard deviation of the readings then, N: coarse, as values are."""
 ALSO, SHARE = 40.0, 0.35
@@ -214,20 +216,23 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen |
     if seen.candidates[0].gain >= SCREENED and seen.is_round:
         problem = coarse()
         if before is None or not before.fits:
-            begun = _of_both_shapes(_found(problem, seen))
+            begun = _of_both_shapes(problem, _found(problem, seen))
         else:
             begun = {shape: fit.values for shape, fit in before.fits.items()}
         sized = _flats_of(problem, seen, begun)
         if sized.best is not None and sized.leaves_much and RADIUS in problem.spread:
             elsewhere = _of_another_radius(problem, begun["fresh"])
-            other = sized if elsewhere is None else _flats_of(problem, seen, _of_both_shapes(elsewhere))
+            other = sized if elsewhere is None else _flats_of(problem, seen, _of_both_shapes(problem, elsewhere))
             if other.best is not None and other.best.misfit < sized.best.misfit:
                 sized = other
     return _with_free_shape(coarse(), sized) if sized.leaves_much else sized
 
 
-def _of_both_shapes(start: Mapping[str, float]) -> dict[str, Mapping[str, float]]:
-    """Return where fits begin, by shape, from values of a fresh flat."""
+def _of_both_shapes(coarse: Problem, start: Mapping[str, float]) -> dict[str, Mapping[str, float]]:
+    """Return where fits begin, by shape, from a fresh flat that was found below a low frequency."""
+    cutoff = coarse.band.cutoff
+    while (cutoff := FARTHER * cutoff) < ENOUGH * coarse.runs.highest:
+        start = _refitted(_up_to(cutoff, coarse, start), start, "fresh", _first(coarse)).values
     return {shape: {**start, LENGTH: longer * start[LENGTH]} for shape, longer in LONGER.items()}
 
 
@@ -271,8 +276,11 @@ def _with_free_shape(coarse: Problem, sized: Sized) -> Sized:
 
 def _fine(coarse: Problem, at: Mapping[str, float]) -> Problem:
     """Return readings up to the highest frequency, of a wheel that is known to be near some values."""
-    runs = coarse.runs
-    return problem_of(runs, coarse.known, coarse.spread, coarse.gain_spread, runs.highest, at=at)
+    return _up_to(coarse.runs.highest, coarse, at)
+
+
+def _up_to(cutoff: float, coarse: Problem, at: Mapping[str, float]) -> Problem:
+    return problem_of(coarse.runs, coarse.known, coarse.spread, coarse.gain_spread, cutoff, at=at)
 
 
 def _flawless(problem: Problem, values: Mapping[str, float]) -> Fit:
@@ -341,7 +349,7 @@ def _fits(fine: Problem, starts: Mapping[str, Fit], first: Sequence[str], more: 
             if any(fit.misfit > one.misfit + hopeless * max(1.0, one.chi / one.readings) for one in fits.values()):
                 break
             fine = near(fine, fit.values)
-            fit = _refitted(fine, fit.values, shape, (*first, *more), steps=10, known=columns)
+            fit = _refitted(fine, fit.values, shape, (*first, *more), 10, columns, to_the_end=True)
             if fit.chi < UNSETTLED * fit.readings and near(fine, fit.values) is fine:
                 break
             columns = {name: fit.columns[name] for name in more}  # readings are nearly linear in these
@@ -351,10 +359,10 @@ def _fits(fine: Problem, starts: Mapping[str, Fit], first: Sequence[str], more: 
 
 def _refitted(
     problem: Problem, values: Mapping[str, float], shape: str, names: Sequence[str], steps: int = 6,
-    known: Mapping[str, FloatArray] | None = None,
+    known: Mapping[str, FloatArray] | None = None, to_the_end: bool = False,
 ) -> Fit:  # fmt: skip
     """Return a flat that is fitted from these values, with weights that belong to them."""
-    return fitted(_weighed(problem, values, shape), values, shape, names, steps, known)
+    return fitted(_weighed(problem, values, shape), values, shape, names, steps, known, to_the_end)
 
 
 def _shown(runs: Runs, values: Mapping[str, float], shape: Shape, read: FloatArray) -> ModelPassage:
