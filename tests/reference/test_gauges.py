@@ -38,7 +38,16 @@ from wheeltapper.diagnosis.gauges.passing import (
 )
 from wheeltapper.diagnosis.gauges.responses import responses_of
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
-from wheeltapper.diagnosis.gauges.sizing import Known, problem_of, sized_flat, values_of
+from wheeltapper.diagnosis.gauges.scan import Scan
+from wheeltapper.diagnosis.gauges.sizing import (
+    Known,
+    _flats_of,
+    _of_both_shapes,
+    coarse_problem,
+    problem_of,
+    sized_flat,
+    values_of,
+)
 from wheeltapper.diagnosis.gauges.transfer import Transfer
 from wheeltapper.diagnosis.gauges.verdicts import interval_over
 from wheeltapper.diagnosis.gauges.weighing import band_of
@@ -242,6 +251,23 @@ def test_a_flat_of_which_one_strike_is_seen_is_found_on_a_wheel_of_another_radiu
     assert found.best is not None
     assert found.best.values[LENGTH] == pytest.approx(length, abs=1e-3)
     assert found.best.values["vehicle.radius"] == pytest.approx(true["vehicle.radius"], rel=4e-3)
+
+
+@pytest.mark.slow
+def test_the_flat_of_a_slow_wheel_is_found_from_8_millimetres_beside_it():
+    """Below 320 Hz a wave is 35 mm long, below 900 Hz 12: there a fit from these values comes to a flat of 24 mm."""
+    alone, known = passing_without_readings(SENSORS[:4], RATE, NOISE, 11.2, 9e4), Known(SCENE, SPREAD)
+    values = values_of(alone, known)
+    true = {**values, LENGTH: 0.034, POSITION: -0.8, "vehicle.radius": 1.006 * RADIUS}
+    read = Runs(alone, SCENE).readings(true, "rounded")
+    noisy = read + NOISE * np.random.default_rng(4).standard_normal(read.shape)
+    coarse = coarse_problem(Runs(replace(alone, readings=noisy), SCENE), values, SPREAD, np.full(4, 0.05))
+    beside = {**true, LENGTH: 0.026, POSITION: -0.792, "vehicle.radius": 1.002 * RADIUS}
+    seen = Scan(coarse, values).seen(noisy, coarse.runs.passing.used)
+    found = _flats_of(coarse, seen, _of_both_shapes(coarse, beside))
+    assert found.verdict == "rounded flat"
+    assert found.best.values[LENGTH] == pytest.approx(0.034, abs=1.5e-3)
+    assert found.best.chi < 1.1 * found.best.readings
 
 
 @pytest.mark.whole
