@@ -42,7 +42,7 @@ from wheeltapper.diagnosis.gauges.scan import Scan
 from wheeltapper.diagnosis.gauges.sizing import (
     Known,
     _flats_of,
-    _of_both_shapes,
+    _starts_by_shape,
     coarse_problem,
     problem_of,
     sized_flat,
@@ -264,7 +264,7 @@ def test_the_flat_of_a_slow_wheel_is_found_from_8_millimetres_beside_it():
     coarse = coarse_problem(Runs(replace(alone, readings=noisy), SCENE), values, SPREAD, np.full(4, 0.05))
     beside = {**true, LENGTH: 0.026, POSITION: -0.792, "vehicle.radius": 1.002 * RADIUS}
     seen = Scan(coarse, values).seen(noisy, coarse.runs.passing.used)
-    found = _flats_of(coarse, seen, _of_both_shapes(coarse, beside))
+    found = _flats_of(coarse, seen, _starts_by_shape(coarse, beside))
     assert found.verdict == "rounded flat"
     assert found.best.values[LENGTH] == pytest.approx(0.034, abs=1.5e-3)
     assert found.best.chi < 1.1 * found.best.readings

@@ -43,6 +43,8 @@ KEPT = 48
 HIGHEST, BELOW_PINNED = 900.0, 0.85
 """Readings are compared up to this frequency, Hz, and at most up to this part of the track's pinned-pinned frequency:
 near it rails ring for longer than `responses` know."""
+PASSED = 1.4
+"""Forces count up to this times the cut-off, at which the low-pass leaves a hundredth of amplitudes."""
 
 
 @dataclass(frozen=True, eq=False)

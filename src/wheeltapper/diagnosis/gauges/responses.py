@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.diagnosis.gauges.passing import HIGHEST, PASSED
 from wheeltapper.lower.track import waves
 from wheeltapper.lower.track.section import Section
 
@@ -21,7 +22,7 @@ ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 PLACES = 24
 """Places in a bay at which responses are known."""
-STEP, HIGHEST = 12.5, 1262.5
+STEP = 12.5
 """Of the frequencies at which they are known, Hz."""
 NEAR = 1e-7
 """Of the spacing: places that are nearer are one."""
@@ -150,4 +151,4 @@ def bare_responses(section: Section) -> Responses:
 
 
 def _frequencies() -> FloatArray:
-    return np.arange(0.0, HIGHEST + 0.5 * STEP, STEP)
+    return np.arange(0.0, PASSED * HIGHEST + 0.5 * STEP, STEP)

@@ -33,9 +33,9 @@ from wheeltapper.record.assessment.filtering import low_passed
 
 FloatArray = NDArray[np.float64]
 FIRST_WAVE, FIRST = 0.035, (200.0, 600.0)
-"""At first they are compared up to the frequency at which a wave of this length is passed, m, within these limits."""
+"""First, readings are compared up to the frequency at which a wave of this length is passed, m, within these limits."""
 FARTHER, ENOUGH = 1.5, 0.9
-"""By how much it rises from fit to fit, up to this part of the highest one: far shorter waves mislead a fit."""
+"""By how much this rises from fit to fit, up to that part of the highest one: far shorter waves mislead a fit."""
 FIRST_NOISE = 250.0
 """Standard deviation of the readings then, N: coarse, as values are."""
 ALSO, SHARE = 40.0, 0.35
@@ -216,20 +216,20 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen |
     if seen.candidates[0].gain >= SCREENED and seen.is_round:
         problem = coarse()
         if before is None or not before.fits:
-            begun = _of_both_shapes(problem, _found(problem, seen))
+            begun = _starts_by_shape(problem, _found(problem, seen))
         else:
             begun = {shape: fit.values for shape, fit in before.fits.items()}
         sized = _flats_of(problem, seen, begun)
         if sized.best is not None and sized.leaves_much and RADIUS in problem.spread:
             elsewhere = _of_another_radius(problem, begun["fresh"])
-            other = sized if elsewhere is None else _flats_of(problem, seen, _of_both_shapes(problem, elsewhere))
+            other = sized if elsewhere is None else _flats_of(problem, seen, _starts_by_shape(problem, elsewhere))
             if other.best is not None and other.best.misfit < sized.best.misfit:
                 sized = other
     return _with_free_shape(coarse(), sized) if sized.leaves_much else sized
 
 
-def _of_both_shapes(coarse: Problem, start: Mapping[str, float]) -> dict[str, Mapping[str, float]]:
-    """Return where fits begin, by shape, from a fresh flat that was found below a low frequency."""
+def _starts_by_shape(coarse: Problem, start: Mapping[str, float]) -> dict[str, Mapping[str, float]]:
+    """Return where fits begin, by shape: a fresh flat, found below a low frequency and fitted below higher ones."""
     cutoff = coarse.band.cutoff
     while (cutoff := FARTHER * cutoff) < ENOUGH * coarse.runs.highest:
         start = _refitted(_up_to(cutoff, coarse, start), start, "fresh", _first(coarse)).values

@@ -16,15 +16,13 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import resample_poly
 from scipy.sparse import dia_array, vstack
 
-from wheeltapper.diagnosis.gauges.passing import ADVANCE, SPEED, Values
+from wheeltapper.diagnosis.gauges.passing import ADVANCE, PASSED, SPEED, Values
 from wheeltapper.diagnosis.gauges.responses import Responses
 from wheeltapper.diagnosis.gauges.weighing import Band
 from wheeltapper.record.assessment.filtering import low_passed
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
-PASSED = 1.4
-"""Forces count up to this times the cut-off, at which the low-pass leaves a hundredth of amplitudes."""
 SAMPLES = 2.1
 """Forces are taken at so many times that frequency, a second, at least."""
 EARLIER = 4.0
