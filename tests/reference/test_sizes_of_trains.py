@@ -1,6 +1,7 @@
 """Flats of a train's wheels, told and sized by a site with a track, on recordings of finite elements."""
 
 import json
+import pickle
 from dataclasses import replace
 from functools import cache
 
@@ -186,31 +187,59 @@ def test_the_contact_of_a_site_is_that_of_its_radius():
 
 
 def test_models_are_refused_where_the_site_has_none():
-    place = site(track=None, unsprung_mass=None, contact=None, uncertainty={})
+    place, noise = site(track=None, unsprung_mass=None, contact=None, uncertainty={}), np.random.default_rng(1)
+    nothing = {one.name: Recording(noise.standard_normal(5000), RATE, "force") for one in place.sensors}
     with pytest.raises(InputError, match="'none', or a site with a deck or a `track`"):
-        measure_trains(recordings(False)[0], place, diagnosed="all")
+        measure_trains(nothing, place, diagnosed="all")
+
+
+def simulated(speed, firsts, behind):
+    """Return a site, and what its gauges record of wheels that follow one another so far behind, m.
+
+    Flats of 40 mm first meet the rail so far ahead of the start of each wheel's run, m.
+    """
+    place = site().replaced({
+        "sensors": [one.model_copy(update={"x1": one.x1 + 6.0, "x2": one.x2 + 6.0}) for one in site().sensors],
+    })  # fmt: skip
+    apart, noise = round(behind / speed * RATE), np.random.default_rng(1)
+    read = {one.name: np.zeros(len(firsts) * apart + round(0.5 * RATE)) for one in place.sensors}
+    for number, first in enumerate(firsts):
+        passing = known_of(site()).scene.replaced({
+            "vehicle.load": 7e4, "speed": speed, "duration": 15.0 / speed, "track.first_sleeper": 0.0,
+            "irregularity": [wt.WheelFlat(length=0.04, position=first)],
+        })  # fmt: skip
+        for name, one in wt.simulate(passing).recordings(place).items():
+            read[name][number * apart :][: len(one.samples)] += one.samples
+    return place, {
+        name: Recording(one + 500.0 * noise.standard_normal(len(one)), RATE, "force") for name, one in read.items()
+    }
 
 
 @pytest.mark.whole
 @pytest.mark.slow
 def test_flats_on_own_recordings_have_their_lengths_at_33_metres_a_second():
-    """What is simulated and what is fitted pass the same filter of the recorder."""
-    moved = [one.model_copy(update={"x1": one.x1 + 6.0, "x2": one.x2 + 6.0}) for one in site().sensors]
-    place, found = site().replaced({"sensors": moved}), []
-    for first in (0.4, 1.3, 2.2):
-        passing = known_of(site()).scene.replaced({
-            "vehicle.load": 7e4, "speed": 33.0, "duration": 0.45, "track.first_sleeper": 0.0,
-            "irregularity": [wt.WheelFlat(length=0.04, position=first)],
-        })  # fmt: skip
-        noise = np.random.default_rng(1)
-        seen = {
-            name: replace(one, samples=one.samples + 500.0 * noise.standard_normal(len(one.samples)))
-            for name, one in wt.simulate(passing).recordings(place).items()
-        }
-        (train,) = measure_trains(seen, place, diagnosed="suspicious")
-        found.append(train.wheels[1, None].sizes["wheel flat"][0])
-        print(f"{1e3 * found[-1]:.2f} mm, struck at {first:g} m")
+    """What is simulated and what is fitted pass the same filter of the recorder; two processes fit three wheels."""
+    place, seen = simulated(33.0, (0.4, 1.3, 2.2), behind=20.0)
+    (train,) = measure_trains(seen, place, diagnosed="suspicious", workers=2)
+    found = [train.wheels[axle, None].sizes["wheel flat"][0] for axle in (1, 2, 3)]
+    print("mm:", [f"{1e3 * one:.2f}" for one in found])
     assert found == pytest.approx([0.04] * 3, rel=0.025)  # the error of the model that a length is told with
+
+
+@pytest.mark.slow
+def test_wheels_that_may_feel_each_other_are_fitted_together():
+    place, found = simulated(33.0, (0.4, 1.3), behind=1.8)
+    (train,) = trains_in(channels_of(found, place), place, (), None, "", "")
+    (rail,) = rails_of(train.passage, train.pulses, train.sides, known_of(place))
+    wheels = Wheels(rail, train.passage, train.sides[0].mean)
+    wheels.seen = {axle: wheels.look(wheels.passing(axle)) for axle in (0, 1)}
+    assert wheels.apart([0, 1]) == [[0, 1]]
+    wheels.passage = replace(wheels.passage, places=np.add(wheels.passage.places, [0.0, 30.0]))
+    assert sorted(wheels.apart([0, 1])) == [[0], [1]]
+    wheels.seen[1] = wheels.seen[1]._replace(candidates=[wheels.seen[1].candidates[0]._replace(gain=0.0)])
+    assert wheels.apart([0, 1]) == [[0]]  # nothing is fitted to the other one
+    sent = pickle.loads(pickle.dumps(wheels))  # as another process has it
+    np.testing.assert_array_equal(sent.passing(1).readings, wheels.passing(1).readings)
 
 
 @pytest.mark.slow

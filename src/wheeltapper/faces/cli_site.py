@@ -87,11 +87,11 @@ def diagnose(
                 raise InputError("", f"--{name}", "given, with the acceleration of an axle box", "none of it")
         return _diagnose_axle_boxes(files, asked, output, figures or "faulty", reading)
     if asked.track is not None:
-        beside = {**reading, "speeds": speeds, "train": train, "workers": workers}
+        beside = {**reading, "speeds": speeds, "train": train}
         for name, value in beside.items():
             if value:
                 raise InputError("", f"--{name}", "given, with a site that states a track", "none of it")
-        return _diagnose_wheels(files, site, output, figures or "faulty", rules)
+        return _diagnose_wheels(files, site, output, figures or "faulty", rules, workers)
     place = as_site(site)
     if output is not None:
         make_folder(output)
@@ -117,7 +117,9 @@ def diagnose(
     return NOT_FINISHED if any(entry["verdict"] in (NOT_READ, NOT_DIAGNOSED) for entry in found) else DONE
 
 
-def _diagnose_wheels(files: list[Path], site: Path, output: Path | None, figures: str, rules: Path | None) -> int:
+def _diagnose_wheels(
+    files: list[Path], site: Path, output: Path | None, figures: str, rules: Path | None, workers: int | None
+) -> int:  # fmt: skip
     """Fit a model to every wheel of the trains in files, print and write what it says."""
     from wheeltapper.diagnosis.finding import HEALTHY
     from wheeltapper.diagnosis.wayside.measure import measure_trains
@@ -128,7 +130,7 @@ def _diagnose_wheels(files: list[Path], site: Path, output: Path | None, figures
     lost = 0
     for file in files:
         try:
-            trains = measure_trains(file, site, rules=rules, name=file.stem, diagnosed="all")
+            trains = measure_trains(file, site, rules=rules, name=file.stem, diagnosed="all", workers=workers)
         except InputError as error:
             if len(files) == 1:
                 raise

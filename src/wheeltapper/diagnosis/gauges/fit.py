@@ -121,7 +121,8 @@ class Anchor(NamedTuple):
     at
         Its values.
     transfer, slopes
-        From forces to readings there, and how that changes with the logarithms of the track's values, by name.
+        From forces to readings there, and how that changes with the logarithms of the track's values, by name, from
+        those of the stated track: other wheels change the same ones.
     kept
         How readings change with these, with the forces of the first run for which it was asked: by name and by the
         kind of the wheel.
@@ -183,11 +184,11 @@ class Problem(NamedTuple):
         return {name: by for name, by in away.items() if by != 0.0}
 
     def slope(self, values: Values, shape: Shape, name: str) -> FloatArray:
-        """Return how the readings of an anchored run change with the logarithm of a value of the track, N."""
+        """Return how readings change with the logarithm of a value of the track, from that of the stated track, N."""
         kind = "tread" if isinstance(shape, Tread) else shape if values.get(LENGTH, 0.0) > 0.0 else "round"
         transfer, kept = self.anchor.transfer, self.anchor.kept
         if (name, kind) not in kept:
-            own = self.anchored(values)
+            own = {**self.anchored(values), **{one: self.known[one] for one in self.track}}
             force, changed = (self.runs.forces(one, shape) for one in (own, moved(own, name, TRACK_STEP)))
             by_force = transfer.of((changed - force) / TRACK_STEP)
             kept[name, kind] = by_force + self.anchor.slopes()[name].of(force)
@@ -320,8 +321,8 @@ class Search:
         smooth = problem.read(values, self.shape)
         left = problem.weights.over(problem.band.taken(self.recorded - told_readings(smooth, gains, zeros)))
         known = self.deviations(values, gains, zeros)
-        chi = left @ problem.weights.weighed(left) + (known**2 * self.precision).sum()
-        return Now(values, gains, zeros, smooth, left, float(chi))
+        chi = problem.weights.square(left) + float((known**2 * self.precision).sum())
+        return Now(values, gains, zeros, smooth, left, chi)
 
     def deviations(self, values: Values, gains: FloatArray, zeros: FloatArray) -> FloatArray:
         """Return how far all that is free is from what was known before."""

@@ -137,7 +137,7 @@ def _fitted(data: Lengths, starts: Sequence[int], share: float) -> Lines:
     at_least = np.maximum(line, LEAST)
     weights = Weights((own_error * at_least)[found], (shared * at_least[:, None])[found])
     left = weights.over((data.length - line)[found])
-    chi = float(left @ weights.weighed(left))
+    chi = weights.square(left)
     misfit = chi + weights.logarithm - 2.0 * float(_chance_missed(data, at_least, missed)[0].sum())
     evidence = misfit + float(np.linalg.slogdet(normal)[1])
     return Lines(courses, centres, values, np.asarray(np.linalg.inv(normal)), line, chi, misfit, evidence)

@@ -8,13 +8,14 @@ Theory: docs/theory/gauges.rst, section 16.2.
 
 from __future__ import annotations
 
-from typing import Any
+from functools import cached_property
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import resample_poly
-from scipy.sparse import dia_array, vstack
+from scipy.sparse import csr_array
 
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, PASSED, SPEED, Values
 from wheeltapper.diagnosis.gauges.responses import Responses
@@ -23,8 +24,10 @@ from wheeltapper.record.assessment.filtering import low_passed
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
-SAMPLES = 2.1
+SAMPLES = 2.05
 """Forces are taken at so many times that frequency, a second, at least."""
+BELOW, ORDER = 0.47, 16
+"""Cut-off of the low-pass before, over that rate, and its order."""
 EARLIER = 4.0
 """A low-pass without phase has an answer from so many periods of its cut-off before an impulse."""
 AFTER = 256
@@ -48,31 +51,45 @@ class Transfer:
         passing, cutoff = band.passing, band.cutoff
         self.band, self._advance, self._speed = band, values[ADVANCE], values[SPEED]
         self._every = every = _divisor(band.every, passing.rate / (SAMPLES * PASSED * cutoff))
-        self._lead, rows = passing.lead // every, len(range(0, len(passing.readings), every))
-        step = every / passing.rate
+        self._lead, step = passing.lead // every, every / passing.rate
+        self._forces = self._lead + len(range(0, len(passing.readings), every))
         frequencies = responses.frequencies[responses.frequencies <= PASSED * cutoff]
-        times = np.asarray(np.arange(-self._lead, rows) * step, dtype=float)
+        times = np.asarray((np.arange(self._forces) - self._lead) * step, dtype=float)
         x = passing.place + self._advance + self._speed * times
         read = responses.readings(frequencies, x, 0.5 * step * self._speed)
         size: FloatArray = (
             band.gain(frequencies) * np.where(frequencies > 0.0, 2.0, 1.0) * responses.frequencies[1] * step
         )
         count = int(1.0 / (responses.frequencies[1] * step))
-        lags = np.arange(count) - min(count // 4, int(EARLIER / (cutoff * step)))
+        lags = np.arange(count)[::-1] - min(count // 4, int(EARLIER / (cutoff * step)))
         turn = np.exp(2j * np.pi * frequencies[:, None] * lags * step) * size[:, None]
         answers = np.concatenate([read.real, -read.imag], axis=1).transpose(0, 2, 1) @ np.vstack([turn.real, turn.imag])
-        shape = rows, len(times)
-        self._parts = [dia_array((one.T, self._lead - lags), shape=shape) for one in answers]
+        self._first = self._lead - int(lags[0])  # of the forces from which the first row follows
+        rows = np.arange(0, len(passing.readings), band.every) // every
+        at = self._first + rows[:, None] + np.arange(count)
+        self._at = np.clip(at, 0, self._forces - 1)
+        self._answers = np.where(at == self._at, answers[:, self._at, np.arange(count)], 0.0)
         self._count = passing.lead + len(passing.readings) + AFTER
         whole = np.fft.rfftfreq(self._count, 1.0 / passing.rate)
         self.frequencies = whole[whole < PASSED * cutoff]
 
     def of(self, forces: FloatArray) -> FloatArray:
-        """Return the readings after the low-pass, N, (samples, sensors), of forces at the samples of a run, N."""
-        passing, every = self.band.passing, self._every
-        taken = self._taken(forces if every == 1 else low_passed(forces, passing.rate, 0.45 * passing.rate / every, 8))
-        rows = np.stack([part @ taken for part in self._parts], axis=1)
-        return rows if every == 1 else resample_poly(rows, every, 1)[: len(passing.readings)]
+        """Return the readings after the low-pass, N, (samples, sensors), of forces at the samples of a run, N.
+
+        They follow from the forces where they are compared; between them they are interpolated.
+        """
+        passing, every = self.band.passing, self.band.every
+        taken = self._taken(forces if self._every == 1 else low_passed(
+            forces, passing.rate, BELOW * passing.rate / self._every, ORDER
+        ))  # fmt: skip
+        count = self._at.shape[1]
+        windows = sliding_window_view(np.pad(taken, count), count)[count + self._first :: every // self._every]
+        rows = np.einsum("srl,rl->rs", self._answers, windows[: len(self._at)])
+        if every == 1:
+            return np.asarray(rows)
+        readings = resample_poly(rows, every, 1, padtype="line")[: len(passing.readings)]
+        readings[::every] = rows
+        return np.asarray(readings)
 
     def retimed(self, readings: FloatArray, values: Values) -> FloatArray:
         """Return readings of a wheel that passes the same places at a slightly other speed, or earlier."""
@@ -89,15 +106,22 @@ class Transfer:
 
     def of_spectra(self, spectra: ComplexArray) -> FloatArray:
         """Return the compared readings, N, (readings, columns)."""
-        taken = self._taken(np.fft.irfft(spectra, self._count, axis=0))
-        picked = self.band.picked[:: self._every].T
-        parts: Any = vstack([part.tocsr()[own] for part, own in zip(self._parts, picked, strict=True)], format="csr")
-        return np.asarray(parts @ taken)
+        return np.asarray(self._compared @ self._taken(np.fft.irfft(spectra, self._count, axis=0)))
+
+    @cached_property
+    def _compared(self) -> csr_array:
+        """The operator from forces to the compared readings."""
+        own = self.band.picked[:: self.band.every].T
+        count = self._at.shape[1]
+        at = np.concatenate([self._at[one] for one in own])
+        answers = np.concatenate([answers[one] for answers, one in zip(self._answers, own, strict=True)])
+        ends = count * np.arange(len(at) + 1)
+        return csr_array((answers.ravel(), at.ravel(), ends), shape=(len(at), self._forces))
 
     def _taken(self, smooth: FloatArray) -> FloatArray:
         """Return forces without high frequencies at the times at which they are taken."""
         first = self.band.passing.lead - self._lead * self._every
-        return np.asarray(smooth[first :: self._every][: self._parts[0].shape[1]])
+        return np.asarray(smooth[first :: self._every][: self._forces])
 
 
 def _divisor(number: int, most: float) -> int:

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from functools import cached_property
 from math import ceil
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cholesky, solve_triangular
 
 from wheeltapper.diagnosis.gauges.passing import SAMPLES, Passing
 from wheeltapper.record.assessment.filtering import low_passed, passed_share, settling_time
@@ -121,8 +121,14 @@ class Weights:
         self._rough = rough / deviations[:, None]
 
     @cached_property
-    def _held(self) -> Any:
-        return cho_factor(np.eye(self._rough.shape[1]) + self._rough.T @ self._rough, lower=True)
+    def _factor(self) -> FloatArray:
+        """Cholesky's factor L of I + Rᵀ·R, of roughness over the deviations."""
+        return np.asarray(cholesky(np.eye(self._rough.shape[1]) + self._rough.T @ self._rough, lower=True))
+
+    @cached_property
+    def _taken(self) -> FloatArray:
+        """R·L⁻ᵀ: its square is by how much roughness lessens the inverse of the covariance."""
+        return np.asarray(solve_triangular(self._factor, self._rough.T, lower=True).T)
 
     def over(self, readings: FloatArray) -> FloatArray:
         """Return readings over their deviations, (readings, ...)."""
@@ -130,12 +136,16 @@ class Weights:
 
     def weighed(self, over: FloatArray) -> FloatArray:
         """Return the inverse of the covariance times readings that are over their deviations."""
-        return np.asarray(over - self._rough @ cho_solve(self._held, self._rough.T @ over))
+        return np.asarray(over - self._taken @ (self._taken.T @ over))
+
+    def square(self, over: FloatArray) -> float:
+        """Return χ² of readings that are over their deviations."""
+        return float((over**2).sum() - ((self._taken.T @ over) ** 2).sum())
 
     @property
     def logarithm(self) -> float:
         """Logarithm of the determinant of the covariance, but for a constant."""
-        return float(2.0 * (np.log(np.diag(self._held[0])).sum() + np.log(self.deviations).sum()))
+        return float(2.0 * (np.log(np.diag(self._factor)).sum() + np.log(self.deviations).sum()))
 
 
 class Freed:

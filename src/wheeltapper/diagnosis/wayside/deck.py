@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import closing
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.diagnose import diagnose
+from wheeltapper.diagnosis.processes import in_processes
 from wheeltapper.diagnosis.train import TrainFinding
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.recordings.recording import Recording
@@ -24,30 +26,45 @@ SHORTEST = 0.05
 QUIET = "no strikes"
 
 
-def with_deck(train: TrainFinding, deck: Recording, site: Site, which: Diagnosed) -> TrainFinding:
+def with_deck(
+    train: TrainFinding, deck: Recording, site: Site, which: Diagnosed, workers: int | None
+) -> TrainFinding:  # fmt: skip
     """Return a train whose axles have the finding of the deck's model, as `model`; notes say which could have none.
 
     A recording is that of one wheelset from its arrival at x = 0 to the next one's.
     """
-    entries, notes = [dict(axle) for axle in train.axles], []
-    order = np.argsort([axle["time"] for axle in entries], kind="stable")
-    times = np.array([entries[i]["time"] for i in order])
-    for place, i in enumerate(order):
-        number, entry = int(i) + 1, entries[i]
-        if which == "suspicious" and entry["verdict"] == QUIET and not train.alarms_at(number):
+    entries = [dict(axle) for axle in train.axles]
+    order = np.argsort([axle["time"] for axle in entries], kind="stable").tolist()
+    ends = [*(entries[i]["time"] for i in order[1:]), np.inf]
+    said: dict[int, str] = {}
+    parts: dict[int, Recording] = {}
+    for i, end in zip(order, ends, strict=True):
+        entry = entries[i]
+        if which == "suspicious" and entry["verdict"] == QUIET and not train.alarms_at(i + 1):
             continue
-        ends = times[place + 1] if place + 1 < len(times) else np.inf
-        part = _cut(deck, times[place], min(ends, times[place] + float(site.passage.duration)), entry["speed"])
+        part = _cut(deck, entry["time"], min(end, entry["time"] + float(site.passage.duration)), entry["speed"])
         if part is None:
-            notes.append(f"axle {number}: too little of the deck's recording is of it alone; no model is compared")
-            continue
-        try:
-            entry["model"] = diagnose(part, site, progress=False).to_dict()
-        except InputError as error:
-            notes.append(f"axle {number}: the deck's model is not compared: {error}")
+            said[i] = "too little of the deck's recording is of it alone; no model is compared"
+        else:
+            parts[i] = part
+    with closing(in_processes(_told_or_why_not, site, [*parts.values()], workers)) as done:
+        for number, told in done:
+            i = [*parts][number]
+            if isinstance(told, dict):
+                entries[i]["model"] = told
+            else:
+                said[i] = f"the deck's model is not compared: {told}"
+    notes = [f"axle {i + 1}: {said[i]}" for i in order if i in said]
     if any("model" in entry for entry in entries):
         notes.append("model: of the deck under one wheelset; what the axles before it left in the deck is not in it")
     return replace(train, axles=tuple(entries), notes=(*train.notes, *notes))
+
+
+def _told_or_why_not(site: Site, part: Recording) -> dict[str, Any] | InputError:
+    try:
+        return diagnose(part, site, progress=False).to_dict()
+    except InputError as error:
+        return error
 
 
 def _cut(deck: Recording, begins: float, ends: float, speed: float) -> Recording | None:

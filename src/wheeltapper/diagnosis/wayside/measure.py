@@ -57,6 +57,7 @@ def measure_trains(
     name: str = "",
     date: str = "",
     diagnosed: Diagnosed = "none",
+    workers: int | None = 1,
 ) -> tuple[TrainFinding, ...]:
     """Measure the trains in recordings of a track's sensors, without a model.
 
@@ -82,6 +83,8 @@ def measure_trains(
         sensor, whose name is that of a column; suspicious are those with strikes, an alarm, or no force. Of a site with
         a `track`, wheels to whose recording a model of wheel and track is fitted, which gives a flat its length;
         suspicious are those that strike, or that a wheel without a flaw does not explain. Each takes seconds.
+    workers
+        Processes that diagnose; None: one per core. Wheels that feel each other's flats are fitted by one of them.
 
     Returns
     -------
@@ -99,7 +102,7 @@ def measure_trains(
     check_choice(diagnosed, "diagnosed", DIAGNOSED)
     given = recordings if isinstance(recordings, Mapping) else read_channels(recordings, site)
     found = trains_in(channels_of(given, site), site, chosen, distances, name, date)
-    return tuple(one.finding for one in with_models(found, given, site, diagnosed))
+    return tuple(one.finding for one in with_models(found, given, site, diagnosed, workers))
 
 
 def trains_in(
@@ -155,18 +158,19 @@ def _pulses_and_passages(channels: Sequence[Channel]) -> tuple[list[Pulses], lis
 
 
 def with_models(
-    found: Sequence[Measured], recordings: Mapping[str, Recording], site: Site, diagnosed: Diagnosed
-) -> list[Measured]:
+    found: Sequence[Measured], recordings: Mapping[str, Recording], site: Site, diagnosed: Diagnosed,
+    workers: int | None,
+) -> list[Measured]:  # fmt: skip
     """Return trains whose axles are diagnosed by the deck's recording, or whose wheels by the gauges' on a track."""
     if diagnosed == "none":
         return list(found)
     if site.track is not None:
-        return [with_sizes(one, site, diagnosed) for one in found]
+        return [with_sizes(one, site, diagnosed, workers) for one in found]
     deck = deck_recording(recordings, site)
     if deck is None or site.passage is None:
         found_there = f"{diagnosed!r}, without a recording of a deck"
         raise InputError("", "diagnosed", found_there, "'none', or a site with a deck or a `track`")
-    return [one._replace(finding=with_deck(one.finding, deck, site, diagnosed)) for one in found]
+    return [one._replace(finding=with_deck(one.finding, deck, site, diagnosed, workers)) for one in found]
 
 
 def _notes_of_channels(several: Sequence[Pulses]) -> list[str]:

@@ -8,9 +8,10 @@ Theory: docs/theory/gauges.rst, section 16.6.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,7 @@ from wheeltapper.diagnosis.gauges.passing import (
 )
 from wheeltapper.diagnosis.gauges.scan import FOUND_FROM, SCREENED, Scan, Seen
 from wheeltapper.diagnosis.gauges.sizing import FIRST_NOISE, Sized, scan_of, size_of, sized_flat, values_of
+from wheeltapper.diagnosis.processes import Lost, in_processes
 from wheeltapper.diagnosis.wayside.channels import Channel
 from wheeltapper.diagnosis.wayside.deck import Diagnosed
 from wheeltapper.diagnosis.wayside.measured import Measured
@@ -154,6 +156,39 @@ def _noise(forces: FloatArray, rate: float) -> float:
     return float(np.sqrt(np.mean(np.square(np.max(found, axis=0)))))
 
 
+class Flat(NamedTuple):
+    """What the neighbours of a wheel feel of its flat, or of its tread of free shape.
+
+    Attributes
+    ----------
+    length, reduced
+        Of the flat, m, and χ² of a reading that its fit leaves.
+    window, added
+        Samples of the channels, and what it does to them there, N, (samples, sensors).
+    """
+
+    length: float
+    reduced: float
+    window: slice
+    added: FloatArray
+
+    def has_changed(self, before: Flat) -> bool:
+        """Return whether it has become another one, or is explained better or worse."""
+        return abs(self.length - before.length) > CHANGED or abs(self.reduced / before.reduced - 1.0) > BETTER
+
+
+class Fitted(NamedTuple):
+    """What was found of a wheel, its flat if it has one, and the flats of neighbours that it felt then, by axle."""
+
+    finding: WheelFinding
+    flat: Flat | None
+    felt: dict[int, Flat]
+
+    def has_changed(self, felt: Mapping[int, Flat]) -> bool:
+        """Return whether flats that it feels are others."""
+        return felt.keys() != self.felt.keys() or any(one.has_changed(self.felt[axle]) for axle, one in felt.items())
+
+
 @dataclass(eq=False)
 class Wheels:
     """The wheels of one rail of a train.
@@ -164,16 +199,15 @@ class Wheels:
         What was recorded, and the axles.
     forces
         Static force of each wheel, N; NaN where it is unknown.
-    beside, flats
-        What flats of wheels that were fitted do to the channels, N, (samples, sensors); and their lengths, m, with the
-        reduced χ² of the fit. By axle.
+    seen, fitted
+        What the readings of wheels show, and what was found of those that were fitted, by axle.
     """
 
     rail: Rail
     passage: Passage
     forces: FloatArray
-    beside: dict[int, tuple[slice, FloatArray]] = field(default_factory=dict)
-    flats: dict[int, tuple[float, float]] = field(default_factory=dict)
+    seen: dict[int, Seen] = field(default_factory=dict, repr=False)
+    fitted: dict[int, Fitted] = field(default_factory=dict, repr=False)
     _scans: dict[tuple[int, int], Scan] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
@@ -181,6 +215,9 @@ class Wheels:
         wide = self._like(speed, force, REACH + BEYOND)
         level = Runs(wide, self.rail.known.scene).readings(values_of(wide, self.rail.known), "fresh")
         self._level = wide.x, level / force
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_scans": {}}  # large, and soon made again
 
     @property
     def speeds(self) -> FloatArray:
@@ -198,14 +235,14 @@ class Wheels:
             readings -= load
             doubt = np.hypot(doubt, OFF * load)
             used &= ~np.stack([(there > one.x1 - OTHERS) & (there < one.x2 + OTHERS) for one in rail.sensors], axis=1)
-            if other in self.beside:
-                own, flat = self.beside[other]
-                both = slice(max(own.start, window.start), min(own.stop, window.stop))
-                part = slice(both.start - own.start, both.stop - own.start)
-                if both.stop > both.start:
-                    here = slice(both.start - window.start, both.stop - window.start)
-                    readings[here] -= flat[part]
-                    doubt[here] = np.hypot(doubt[here], TRAVELLED * size_of(flat[part], rail.rate))
+        for flat in self.felt(axle).values():
+            own = flat.window
+            both = slice(max(own.start, window.start), min(own.stop, window.stop))
+            if both.stop > both.start:
+                here = slice(both.start - window.start, both.stop - window.start)
+                added = flat.added[both.start - own.start : both.stop - own.start]
+                readings[here] -= added
+                doubt[here] = np.hypot(doubt[here], TRAVELLED * size_of(added, rail.rate))
         used &= beside_gauges(rail.sensors, x)
         return replace(self._passing(axle, x, readings, used), doubt=doubt)
 
@@ -220,22 +257,47 @@ class Wheels:
         share = force / scan.band.passing.static_force
         return scan.seen(*at_places(passing, scan.band.passing.x), share)
 
-    def keep(self, axle: int, sized: Sized) -> None:
-        """Let neighbours know the flat of a wheel, or its tread."""
+    def settle(self, asked: Iterable[int]) -> None:
+        """Fit a model to wheels, the most conspicuous ones first; again where flats that they feel have changed."""
+        for _ in range(PASSES):
+            for axle in sorted(asked, key=lambda axle: -self.seen[axle].gain):
+                felt, before = self.felt(axle), self.fitted.get(axle)
+                if before is None or before.has_changed(felt):
+                    self.fitted[axle] = self._fit(axle, felt, before)
+
+    def _fit(self, axle: int, felt: dict[int, Flat], before: Fitted | None) -> Fitted:
+        passing, rail = self.passing(axle), self.rail
+        if felt:
+            self.seen[axle] = self.look(passing)
+        found = None if before is None else before.finding.sized
+        sized = sized_flat(passing, rail.known, rail.gain_spread, self.seen[axle], found)
+        return Fitted(WheelFinding(sized, passing, rail.known, self.direction), self._flat(axle, sized), felt)
+
+    def _flat(self, axle: int, sized: Sized) -> Flat | None:
+        """Return what neighbours feel of a wheel's flat, or of its tread."""
         flaw = sized.flaw
         if flaw is None:
-            self.beside.pop(axle, None)
-            self.flats.pop(axle, None)
-            return
+            return None
         (window, _), (own, times) = self._window(axle, BEYOND + REACH), self._window(axle, BEYOND)
         earlier = flaw.values[SPEED] * (own.start - window.start) / self.rail.rate
         x = self._x(axle, times[:1]) - earlier
         wide = self._passing(axle, x, self.rail.forces[window], ~self.rail.missing[window])
         runs = Runs(wide, self.rail.known.scene)
         added = runs.readings(flaw.values, flaw.shape) - runs.readings({**flaw.values, LENGTH: 0.0}, "fresh")
-        self.beside[axle] = window, added * flaw.gains
         length = flaw.parts[0].length if isinstance(flaw, FreeShape) else flaw.values[LENGTH]
-        self.flats[axle] = length, flaw.chi / flaw.readings
+        return Flat(length, flaw.chi / flaw.readings, window, added * flaw.gains)
+
+    def apart(self, asked: Iterable[int]) -> list[list[int]]:
+        """Return groups of wheels that may have flats, of which none feels a wheel of another group."""
+        left, out = {axle for axle in asked if self.seen[axle].gain >= SCREENED}, list[list[int]]()
+        while left:
+            group = [left.pop()]
+            for axle in group:  # it grows meanwhile
+                near = left.intersection(self.neighbours(axle))
+                left -= near
+                group += near
+            out.append(sorted(group))
+        return out
 
     def is_whole(self, axle: int) -> bool:
         """Return whether a wheel was recorded from before the first gauge to behind the last, and weighed."""
@@ -244,9 +306,10 @@ class Wheels:
         apart = (last - first) / float(self.speeds[axle]) * self.rail.rate
         return bool(np.isfinite(self.forces[axle])) and len(times) >= apart - 1.0
 
-    def flats_beside(self, axle: int) -> dict[int, tuple[float, float]]:
+    def felt(self, axle: int) -> dict[int, Flat]:
         """Return the flats that a wheel feels, by axle."""
-        return {one: self.flats[one] for one in self.neighbours(axle) if one in self.flats}
+        there = {one: self.fitted[one].flat for one in self.neighbours(axle) if one in self.fitted}
+        return {one: flat for one, flat in there.items() if flat is not None}
 
     def neighbours(self, axle: int) -> list[int]:
         """Return the axles that are near enough to feel each other's flats."""
@@ -300,71 +363,77 @@ def at_places(passing: Passing, x: FloatArray) -> tuple[FloatArray, NDArray[np.b
     return spline(np.clip(place, 0.0, len(passing.readings) - 1.0)), used
 
 
-def with_sizes(found: Measured, site: Site, which: Diagnosed) -> Measured:
+def with_sizes(found: Measured, site: Site, which: Diagnosed, workers: int | None) -> Measured:
     """Return a train whose wheels have the `finding` of a fitted model; notes say which could have none."""
     rails = {} if is_unsteady(found.passage) else {
         rail.side: rail for rail in rails_of(found.passage, found.pulses, found.sides, known_of(site))
     }  # fmt: skip
     entries = [{**axle, "wheels": [dict(wheel) for wheel in axle["wheels"]]} for axle in found.finding.axles]
     notes, shown = [*_unfitted(found, rails)], dict[tuple[int, str | None], WheelFinding]()
-    for number, side in enumerate(found.sides):
-        if side.side not in rails or not np.isfinite(side.mean).any():
-            continue
-        wheels = Wheels(rails[side.side], found.passage, side.mean)
+    sides = {
+        number: Wheels(rails[side.side], found.passage, side.mean)
+        for number, side in enumerate(found.sides) if side.side in rails and np.isfinite(side.mean).any()
+    }  # fmt: skip
+    asked = {}
+    for number, wheels in sides.items():
+        side = found.sides[number]
         if any(one.anti_alias is False for one in wheels.rail.sensors):
             notes.append(f"{side.side or 'both rails'}: {UNFILTERED}")
-        cut = [axle + 1 for axle in range(len(side.mean)) if not wheels.is_whole(axle)]
+        whole = [axle for axle in range(len(side.mean)) if wheels.is_whole(axle)]
+        cut = sorted({*range(len(side.mean))}.difference(whole))
         if cut:
-            where = f"{axles_text(cut)} {side.side or ''}".rstrip()
-            notes.append(f"{where}: not weighed, or cut off by an end of the recording; no model is fitted")
-        found_there, seen = _findings(wheels, which, {a for a, strikes in enumerate(side.strikes) if strikes})
-        for axle, one in seen.items():
+            notes.append(f"{_which(cut, side)}: not weighed, or cut off by an end of the recording; no model is fitted")
+        wheels.seen = {axle: wheels.look(wheels.passing(axle)) for axle in whole}
+        asked[number] = [
+            axle for axle in whole if which == "all" or side.strikes[axle] or wheels.seen[axle].gain >= SCREENED
+        ]
+    for number, lost, reason in _settled_apart(sides, asked, workers):
+        notes.append(f"{_which(lost, found.sides[number])}: no model is fitted: {reason}")
+    for number, wheels in sides.items():
+        for axle, seen in wheels.seen.items():
             entry = entries[axle]["wheels"][number]
-            if axle in found_there:
-                entry["finding"] = found_there[axle].to_dict()
-                shown[axle + 1, side.side] = found_there[axle]
+            if axle in wheels.fitted:
+                finding = wheels.fitted[axle].finding
+                shown[axle + 1, wheels.rail.side] = finding
+                entry["finding"] = finding.to_dict()
             else:
-                entry[FOUND_FROM] = one.found_from
+                entry[FOUND_FROM] = seen.found_from
     told = replace(found.finding, axles=tuple(entries), notes=(*found.finding.notes, *notes), wheels=shown)
     return found._replace(finding=told)
 
 
-def _findings(wheels: Wheels, which: Diagnosed, struck: set[int]) -> tuple[dict[int, WheelFinding], dict[int, Seen]]:
-    """Return what is found of wheels, by axle, and what was seen of all before.
-
-    The most conspicuous ones come first, since they are felt by others.
-    """
-    passings = {axle: wheels.passing(axle) for axle in range(len(wheels.forces)) if wheels.is_whole(axle)}
-    seen = {axle: wheels.look(passing) for axle, passing in passings.items()}
-    asked = [axle for axle in seen if which == "all" or axle in struck or seen[axle].gain >= SCREENED]
-    out: dict[int, WheelFinding] = {}
-    told: dict[int, dict[int, tuple[float, float]]] = {}
-    for _ in range(PASSES):  # more than once where wheels feel each other's flats
-        for axle in sorted(asked, key=lambda axle: -seen[axle].gain):
-            beside = wheels.flats_beside(axle)
-            if axle in told and not _has_changed(told[axle], beside):
-                continue
-            if beside:
-                passings[axle] = wheels.passing(axle)
-                seen[axle] = wheels.look(passings[axle])
-            told[axle] = beside
-            before, rail = out.get(axle), wheels.rail
-            sized = sized_flat(
-                passings[axle], rail.known, rail.gain_spread, seen[axle], None if before is None else before.sized
-            )
-            out[axle] = WheelFinding(sized, passings[axle], rail.known, wheels.direction)
-            wheels.keep(axle, sized)
-    return out, seen
+def _which(axles: Sequence[int], side: Side) -> str:
+    return f"{axles_text([axle + 1 for axle in axles])} {side.side or ''}".rstrip()
 
 
-def _has_changed(before: Mapping[int, tuple[float, float]], now: Mapping[int, tuple[float, float]]) -> bool:
-    """Return whether flats of neighbours have become others, or are explained better or worse."""
-    if before.keys() != now.keys():
-        return True
-    return any(
-        abs(now[one][0] - length) > CHANGED or abs(now[one][1] / reduced - 1.0) > BETTER
-        for one, (length, reduced) in before.items()
-    )
+def _settled_apart(
+    sides: Mapping[int, Wheels], asked: Mapping[int, list[int]], workers: int | None
+) -> Iterator[tuple[int, list[int], str]]:
+    """Fit a model to the wheels that are asked for, by side; yield side, axles, and why, where processes died of it."""
+    lost: dict[int, set[int]] = {number: set() for number in sides}
+    tasks = [(number, group) for number, wheels in sides.items() for group in wheels.apart(asked[number])]
+    with closing(in_processes(_settled, sides, tasks, workers)) as done:
+        for place, result in done:
+            number, group = tasks[place]
+            if isinstance(result, Lost):
+                lost[number].update(group)
+                yield number, group, str(result)
+            else:
+                seen, fitted = result
+                sides[number].seen |= seen
+                sides[number].fitted |= fitted
+    for number, wheels in sides.items():
+        quiet = [axle for axle in asked[number] if axle not in wheels.fitted and axle not in lost[number]]
+        wheels.settle(quiet)
+        if any(wheels.fitted[axle].flat for axle in quiet):
+            wheels.settle({*asked[number]} - lost[number])
+
+
+def _settled(sides: Mapping[int, Wheels], task: tuple[int, list[int]]) -> tuple[dict[int, Seen], dict[int, Fitted]]:
+    number, group = task
+    wheels = sides[number]
+    wheels.settle(group)
+    return {axle: wheels.seen[axle] for axle in group}, {axle: wheels.fitted[axle] for axle in group}
 
 
 def is_unsteady(passage: Passage) -> bool:

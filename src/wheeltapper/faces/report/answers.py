@@ -64,14 +64,18 @@ class Answer(NamedTuple):
     trains: tuple[Train, ...] = ()
 
 
-def answer_source(asked: Asked, source: Source) -> Answer:
-    """Return the answer to a recording; nothing in it stops the others."""
+def answer_source(shared: tuple[Asked, int | None], source: Source) -> Answer:
+    """Return the answer to a recording; nothing in it stops the others.
+
+    What recordings share is what is asked, and how many processes diagnose the wheels of one.
+    """
+    asked, workers = shared
     try:
         recordings = read_channels(source.files, asked.site, apart=True)
         found = trains_in(
             channels_of(recordings, asked.site), asked.site, asked.rules, asked.distances, source.name, source.when[0]
         )
-        found = with_models(found, recordings, asked.site, asked.diagnosed)
+        found = with_models(found, recordings, asked.site, asked.diagnosed, workers)
         if not found:
             return Answer(NO_TRAIN, "no axle in any channel stands out from noise and drift")
         return Answer(MEASURED, "", tuple(_train(one) for one in found))

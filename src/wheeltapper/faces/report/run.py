@@ -96,7 +96,8 @@ class Report:
     def answer(self, tasks: Sequence[_Task]) -> Iterator[tuple[str, Answer]]:
         """Answer recordings; yield the name of each and its answer once it is kept."""
         sources = [task.source for task in tasks]
-        with closing(in_processes(answer_source, self.asked, sources, self.workers)) as found:
+        shared = self.asked, self.workers if len(sources) == 1 else 1
+        with closing(in_processes(answer_source, shared, sources, self.workers)) as found:
             for number, result in found:
                 answer = Answer(NOT_MEASURED, str(result)) if isinstance(result, Lost) else result
                 self._keep(tasks[number], answer)
