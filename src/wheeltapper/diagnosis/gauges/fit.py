@@ -121,8 +121,7 @@ class Anchor(NamedTuple):
     at
         Its values.
     transfer, slopes
-        From forces to readings there, and how that changes with the logarithms of the track's values, by name, from
-        those of the stated track: other wheels change the same ones.
+        From forces to readings there, and how that changes with the logarithms of the track's values, by name.
     kept
         How readings change with these, with the forces of the first run for which it was asked: by name and by the
         kind of the wheel.
@@ -184,11 +183,11 @@ class Problem(NamedTuple):
         return {name: by for name, by in away.items() if by != 0.0}
 
     def slope(self, values: Values, shape: Shape, name: str) -> FloatArray:
-        """Return how readings change with the logarithm of a value of the track, from that of the stated track, N."""
+        """Return how the readings of an anchored run change with the logarithm of a value of the track, N."""
         kind = "tread" if isinstance(shape, Tread) else shape if values.get(LENGTH, 0.0) > 0.0 else "round"
         transfer, kept = self.anchor.transfer, self.anchor.kept
         if (name, kind) not in kept:
-            own = {**self.anchored(values), **{one: self.known[one] for one in self.track}}
+            own = self.anchored(values)
             force, changed = (self.runs.forces(one, shape) for one in (own, moved(own, name, TRACK_STEP)))
             by_force = transfer.of((changed - force) / TRACK_STEP)
             kept[name, kind] = by_force + self.anchor.slopes()[name].of(force)

@@ -412,32 +412,24 @@ def near(problem: Problem, values: Mapping[str, float]) -> Problem:
     apart = {SPEED: abs(np.log(values[SPEED] / problem.anchor.at[SPEED])), **problem.away(values)}
     if all(abs(by) < (FASTER if name == SPEED else OTHERWISE) for name, by in apart.items()):
         return problem
-    return problem._replace(anchor=_anchor(problem.runs, problem.band, values, problem.spread, problem.anchor))
+    return problem._replace(anchor=_anchor(problem.runs, problem.band, values, problem.spread))
 
 
-def _anchor(
-    runs: Runs, band: Band, values: Mapping[str, float], spread: Mapping[str, float], before: Anchor | None = None
-) -> Anchor:  # fmt: skip
-    """Return where runs are made: on a track and at a speed of these values.
-
-    Readings change with the track's values as they do on the stated track, and as at an anchor `before`.
-    """
-    names, stated, passing = [name for name in spread if name.startswith("track.")], runs.scene, runs.passing
+def _anchor(runs: Runs, band: Band, values: Mapping[str, float], spread: Mapping[str, float]) -> Anchor:
+    """Return where runs are made: on a track and at a speed of these values."""
+    names, passing = [name for name in spread if name.startswith("track.")], runs.passing
+    track = runs.scene.replaced({name: values[name] for name in names})
+    responses = responses_around(passing, track)
 
     @cache
     def slopes() -> dict[str, Transfer]:
-        here, out = responses_around(passing, stated), {}
+        out = {}
         for name in names:
-            other = stated.replaced({name: float(value_at(stated, name)) * float(np.exp(TRACK_STEP))})
-            out[name] = Transfer(band, here.change_to(responses_around(passing, other), TRACK_STEP), values)
+            other = track.replaced({name: values[name] * float(np.exp(TRACK_STEP))})
+            out[name] = Transfer(band, responses.change_to(responses_around(passing, other), TRACK_STEP), values)
         return out
 
-    there = stated.replaced({name: values[name] for name in names})
-    transfer = Transfer(band, responses_around(passing, there), values)
-    if before is None:
-        return Anchor(values, transfer, slopes, {})
-    kept = {one: before.transfer.retimed(by, values) for one, by in before.kept.items()}
-    return Anchor(values, transfer, before.slopes, kept)
+    return Anchor(values, Transfer(band, responses, values), slopes, {})
 
 
 def responses_around(passing: Passing, scene: Scenario) -> Responses:
