@@ -14,8 +14,12 @@ PAGE = Path(__file__).parent / "guide" / "abilities.rst"
 HEAD = """What can be asked of what
 =========================
 
-A scenario says what it needs of a march, a march what it covers, and a question which marches answer it. What no march
-covers is refused with one sentence: what is not covered, and what would do.
+The first table shows which analyses work with which models. Each row is an analysis, named by its function or option,
+and each column is a part of a model, such as a wagon or creep. "Yes": they work together; "only": the analysis needs
+this part. Every analysis takes Hertz's contact, given or computed, and both methods (default and strict). The second
+table shows which solvers inside the package (*marches*) cover which part. The list at the end names parts that need or
+exclude each other. The page is generated from the data by which the program accepts and refuses. What is refused gets
+one sentence, which says what does not work, and what would:
 
 .. code-block:: python
 
@@ -30,9 +34,6 @@ covers is refused with one sentence: what is not covered, and what would do.
    assert str(refused) == (
        "vehicle: found a Wheelset, which `modes` does not take; allowed: a Wagon"
    )
-
-This page is written from the data that choose and refuse. "Yes": the question takes it; "only": it makes no sense
-without. Every question takes Hertz's contact, given or computed, and both methods.
 """
 
 

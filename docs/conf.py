@@ -8,8 +8,9 @@ from typing import Any
 import wheeltapper
 from wheeltapper._version import __version__
 
-sys.path.insert(0, str(Path(__file__).parent))  # for abilities, gallery_figures, kinds and paper_figures
+sys.path.insert(0, str(Path(__file__).parent))  # for the modules of this folder
 import abilities
+import front_pictures
 import paper_figures
 
 project = "wheeltapper"
@@ -22,7 +23,9 @@ extensions = [
     "sphinx.ext.mathjax",
     "numpydoc",
     "sphinx_gallery.gen_gallery",
+    "sphinx_design",
     "kinds",
+    "speeds",
 ]
 exclude_patterns = ["_build", "decisions"]
 templates_path = ["_templates"]
@@ -64,6 +67,7 @@ def at_the_front_door(app: Any, what: str, name: str, obj: Any, skip: bool, opti
 def setup(app: Any) -> None:
     """Write what is made of data and of runs, and connect the hooks."""
     abilities.PAGE.write_text(abilities.page(), encoding="utf-8")
+    front_pictures.draw_missing()
     paper_figures.draw_missing()
     app.connect("autodoc-process-docstring", as_written)
     app.connect("autodoc-skip-member", at_the_front_door)

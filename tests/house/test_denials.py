@@ -142,18 +142,19 @@ DENIALS = {
 OTHERS = (
     # what a model is, for all questions
     "they do not bend, and both rails move vertically only", "`StiffTrack` and the deck do not bend at all",
-    "Flanges of wagons do not yield", "What this model leaves out are lateral motion", "the track is rigid: at a kink",
-    "whose inertia the wheelset's model leaves out", "neither pad nor fastening",
+    "Flanges of wagons do not yield", "This model leaves out lateral motion", "the track is rigid: at a kink",
+    "whose inertia the wheelset's model leaves out", "leaves out short waves by its geometry",
+    "the energy within the track is not computed", "neither pad nor fastening",
     # what a scenario, a field or a recording is refused for, whatever marches it
-    "there, ``patch`` is refused", "both together would filter twice and are refused", "those cells are *refused*",
+    "there, ``patch`` is refused", "those cells are *refused*",
     "fields that are counts or switches are refused by name", "a void, which is not linear, and scatter are refused",
     "hunts already at the lowest speed is refused", '``wear_in`` refuses ``rolling="circle"``',
-    "``wear_in`` refuses circle rolling", "by the strict method 0.51 m/s, rails are refused",
-    "A seat that no wheel comes near is refused", "the wheel does not roll or not as a point",
+    "``wear_in`` refuses circle rolling", "Runs on rails are refused below 0.25 m/s",
+    "An anomaly at a seat that no wheel comes near is refused", "the wheel does not roll or not as a point",
     "or the wheels do not roll", "If the scenario has no orbits", "If it is no orbit", "it is not compared",
     # features without derivatives, and what follows for those beside them
     "P2 is filtered, and has no exact derivative", "There are no gradients, and each cell of a map",
-    "If anything that is asked has no tangents", "What has no tangents is differenced, see below",
+    "If one quantity has no tangents", "What has no tangents is differenced, see below",
     "the site's motion has no exact derivatives", "What has no tangents has differences",
     "where it counts something: then it has no gradient",
     # mechanics

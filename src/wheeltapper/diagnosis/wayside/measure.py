@@ -367,8 +367,9 @@ def calibrated(
     Returns
     -------
     Site
-        Each sensor's `gain` is what it read over the truth, the mean of all these wheels; `gain_uncertainty` is the
-        standard error of that mean. A `ModelWarning` says where gains are no gauge's, as of loads in another unit.
+        Each sensor's `gain` is its reading divided by the true load, in the mean of all these wheels. Its
+        `gain_uncertainty` is the standard error of that mean. A `ModelWarning` says where gains are no gauge's, as of
+        loads in another unit.
 
     Raises
     ------
