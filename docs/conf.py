@@ -66,7 +66,7 @@ def at_the_front_door(app: Any, what: str, name: str, obj: Any, skip: bool, opti
 
 def setup(app: Any) -> None:
     """Write what is made of data and of runs, and connect the hooks."""
-    abilities.PAGE.write_text(abilities.page(), encoding="utf-8")
+    abilities.write()
     front_pictures.draw_missing()
     paper_figures.draw_missing()
     app.connect("autodoc-process-docstring", as_written)

@@ -469,7 +469,9 @@ def test_a_need_that_no_march_has_heard_of_is_refused_by_its_own_words():
 
 def test_the_page_of_abilities_is_the_one_that_the_data_make():
     module = runpy.run_path(str(DOCS / "abilities.py"))
-    assert module["PAGE"].read_text(encoding="utf-8") == module["page"](), "run: python docs/abilities.py"
+    for made in ("page", "table"):
+        assert module[made.upper()].read_text(encoding="utf-8") == module[made](), "run: python docs/abilities.py"
+    assert sorted(one for names in module["GROUPS"].values() for one in names) == sorted(questions.QUESTIONS)
 
 
 def test_whatever_can_be_simulated_can_be_mapped_and_differentiated():
