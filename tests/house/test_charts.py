@@ -5,6 +5,7 @@ import pytest
 
 import wheeltapper as wt
 from tests.scenes import BUMP
+from wheeltapper.faces.panels import words
 
 PAIR = [wt.features.impact_interval(), wt.features.force_ratio()]
 OVER = {"vehicle.damping": np.linspace(2e4, 8e4, 7), "vehicle.mass": np.linspace(600, 2100, 6)}
@@ -13,9 +14,9 @@ OVER = {"vehicle.damping": np.linspace(2e4, 8e4, 7), "vehicle.mass": np.linspace
 def test_a_map_has_level_curves_arrows_and_its_specificity():
     chart = wt.sweep(BUMP, OVER, PAIR, gradient=True)
     axis = wt.plot(chart, features=["impact_interval"]).axes[0]
-    assert axis.get_xlabel() == "damping of vehicle over 50 kN s/m"
-    assert axis.get_ylabel() == "mass of vehicle over 1500 kg"
-    assert "off the mass of vehicle" in axis.get_title(loc="left")
+    assert axis.get_xlabel() == "damping of the vehicle over 50 kN s/m"
+    assert axis.get_ylabel() == "mass of the vehicle over 1\u202f500 kg"
+    assert "off the mass of the vehicle" in axis.get_title(loc="left")
     (arrows,) = [artist for artist in axis.collections if type(artist).__name__ == "Quiver"]
     assert np.all(np.abs(arrows.V) > np.abs(arrows.U))  # nearly along the axis of the mass
     assert len(wt.plot(chart).axes) == 2
@@ -26,8 +27,40 @@ def test_an_axis_counts_from_the_scenarios_value_however_its_path_names_it():
     over = {"vehicle.wheelsets.wheelset 2.damping": [4e4, 5e4], "speed": [8.0, 9.0]}
     chart = wt.sweep(BUMP.replaced({"vehicle": pair, "duration": 0.01}), over, ["largest_force"]).isel(wheelset=0)
     axis = wt.plot(chart, features=["largest_force"]).axes[0]
-    assert axis.get_xlabel() == "damping of wheelset 2 of wheelsets of vehicle over 50 kN s/m"
-    assert axis.get_ylabel() == "speed over 9 m/s"
+    assert axis.get_xlabel() == "damping of wheelset 2 [kN s/m]"
+    assert axis.get_ylabel() == "speed [m/s]"
+
+
+def test_a_wagons_feature_has_one_panel_of_the_wheel_in_which_it_varies_most():
+    coach = wt.Scenario(
+        vehicle=wt.Wagon.erri_b176(), contact=wt.Hertz(constant_per_wheel=9e10), speed=5.0, duration=0.02,
+        irregularity={"right": wt.Step(height="0.1 mm", position=0.05)},
+    )  # fmt: skip
+    chart = wt.sweep(coach, {"speed": [4.0, 5.0, 6.0], "vehicle.bodies.0.mass": [3e4, 3.2e4]}, ["largest_force"])
+    (axis,) = wt.plot(chart).axes
+    assert axis.get_title(loc="left").startswith("wheelset 1, right: of 8 the one in which it is largest")
+    assert axis.get_ylabel() == "mass of the car body [kg]"
+    assert len(wt.plot(chart, wheels="all").axes) == 8
+    (other,) = wt.plot(chart.sel(wheelset=2, side="left")).axes
+    assert "wheelset" not in other.get_title(loc="left")
+    (lines,) = wt.plot(chart.isel({"vehicle.bodies.0.mass": 0}, drop=True)).axes
+    assert len(lines.get_lines()) == len(lines.get_legend().get_texts()) == 8
+    with pytest.raises(wt.InputError, match="wheels: found 'all'; allowed: 'one', unless `what` is a chart"):
+        wt.plot(coach, wheels="all")
+
+
+@pytest.mark.parametrize(
+    ("path", "said"),
+    [
+        ("speed", "speed"),
+        ("vehicle.bodies.0.mass", "mass of body 1"),
+        ("vehicle.bodies.car body.inertia.1", "inertia 2 of the car body"),
+        ("irregularity.0.height", "height of irregularity 1"),
+        ("track.rail.bending_stiffness", "bending stiffness of the rail"),
+    ],
+)
+def test_a_path_is_called_by_what_holds_the_field(path, said):
+    assert words(path) == said
 
 
 def test_masked_cells_are_hatched_and_have_no_arrow():

@@ -214,7 +214,7 @@ def test_readings_of_a_track_and_a_train_of_several_wheels():
 def test_several_records_are_named_by_what_sets_them_apart(record):
     figure = wt.plot([record, wt.simulate(BUMP.replaced({"vehicle.damping": 2e4}))])
     said = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
-    assert said == ["damping of vehicle 50 kN s/m", "damping of vehicle 20 kN s/m"]
+    assert said == ["damping of the vehicle 50 kN s/m", "damping of the vehicle 20 kN s/m"]
     with pytest.raises(wt.InputError, match=r"what\.1"):
         wt.plot([record, wt.Hertz(constant=1e11)])
 

@@ -41,21 +41,23 @@ def border(
 ) -> xr.Dataset:
     """Find the curves in a plane of two fields at which contact begins to be lost.
 
-    The margin is exact. It is the smallest indentation if contact is kept, and minus the largest clearance if contact
-    is lost. With material damping the force may end while indented. The factor 1 + χ·rate, times a length, therefore
-    counts as well. The roots of the margin are found on the lines of a grid, to 1e-9 of a segment of the line. The grid
-    only decides which curves are found. Of several wheels that counts which is next to its loss. Each margin of a
-    wagon is read from a run by `method`: a grid of 40 by 40 segments takes some 2000 runs.
+    The curves are the roots of a margin, which is exact. The margin is the smallest indentation if contact is kept, and
+    minus the largest clearance if contact is lost. With material damping the force may end while the wheel is still
+    indented. The factor 1 + χ·rate, times a length, therefore counts as well. With several wheels, the wheel that is
+    nearest to a loss counts. The roots are found on the lines of a grid, to 1e-9 of a segment of the line. The grid
+    only decides which curves are found. Each margin of a wagon takes a run by `method`: a grid of 40 by 40 segments
+    takes some 2000 runs.
 
     Parameters
     ----------
     scenario
         The scenario that all points share; or the path of its TOML file.
     over
-        Two paths with lowest and highest value each, numbers in SI units or strings with a unit.
+        The paths of two fields, with the lowest and the highest value of each: numbers in SI units or strings with a
+        unit.
     losses
-        1: the curves at which contact is first lost. n: those at which an n-th loss appears, and with it an n-th
-        impact.
+        1: the curves at which contact begins to be lost. n: the curves at which an n-th loss appears, and with it an
+        n-th impact.
     resolution
         Number of the grid's segments along each axis.
     method, threads, progress

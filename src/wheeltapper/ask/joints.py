@@ -55,11 +55,12 @@ def jenkins(
     """Return P1 and P2 of a dipped joint by the formulas of Jenkins and others (1974).
 
     P1 = P0 + 2α·V·√(K_H·m_e/(1 + m_e/m_u)), and
-    P2 = P0 + 2α·V·√(m_u/(m_u + m_t))·[1 - π·c_t/(4·√(k_t·(m_u + m_t)))]·√(k_t·m_u), of one wheel. K_H is the slope of
-    the contact's force at P0, m_u the wheel's half of the wheelset. The track is a beam on an elastic foundation,
-    reduced to the point of the force by Rayleigh's method: m_e is the rail on its pads alone, and m_t, k_t, c_t are
-    rail, pads, sleepers and ballast together (docs/theory/joints.rst, section 14.2). The reduction is this program's;
-    the authors give numbers of their own tracks.
+    P2 = P0 + 2α·V·√(m_u/(m_u + m_t))·[1 - π·c_t/(4·√(k_t·(m_u + m_t)))]·√(k_t·m_u), of one wheel. P0 is the static
+    force, K_H the slope of the contact force over the indentation at P0, m_u one wheel's half of the wheelset's mass.
+    The track is a beam on an elastic foundation, reduced to the point of the force by Rayleigh's method: m_e is the
+    mass of the rail on its pads alone, and m_t, k_t, c_t are mass, stiffness and damping of rail, pads, sleepers and
+    ballast together (docs/theory/joints.rst, section 14.2). The reduction is this program's; the authors give numbers
+    of their own tracks.
 
     Parameters
     ----------
@@ -127,10 +128,10 @@ def joint_forces(
     scenario: Scenario | str, speed: Speeds, *, cutoff: float | str = 90.0, order: int = 4, method: Method = "default",
     progress: Progress = True,
 ) -> xr.Dataset:  # fmt: skip
-    """Return P1 and P2 of a dipped joint over speed by the exact march, beside the formulas of Jenkins and others.
+    """Return P1 and P2 of a dipped joint over speed, simulated and by the formulas of Jenkins and others.
 
-    At each speed the joint lies so far ahead, by whole bays, that the start has died away before it; the run ends 0.1 s
-    after it, later for a slow filter: two of its settling times.
+    At each speed the joint is moved ahead by whole bays, so far that the disturbance of the start has died away before
+    it. The run ends 0.1 s after the joint; for a slow filter later, two of its settling times after the joint.
 
     Parameters
     ----------
@@ -140,7 +141,7 @@ def joint_forces(
     speed
         m/s; one, or several.
     cutoff, order
-        Of the filter for P2, as of `wheeltapper.features.P2`.
+        Cut-off and order of the filter for P2, as for `wheeltapper.features.P2`.
     method
         "default" or "strict".
     progress
@@ -150,7 +151,7 @@ def joint_forces(
     -------
     xarray.Dataset
         P1, P2, largest_force, P1_jenkins and P2_jenkins, N per wheelset, and the number of losses, over "speed"; for
-        several wheelsets what the march gives is also over "wheelset". The attributes of `jenkins`, and the cut-off.
+        several wheelsets the simulated values are also over "wheelset". The attributes of `jenkins`, and the cut-off.
 
     Raises
     ------

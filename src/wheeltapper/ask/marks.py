@@ -41,13 +41,13 @@ class Marks(Shown):
     Attributes
     ----------
     rails
-        The rail's part, to be added to a scenario's irregularities; of a wagon that of the left rail and of the right
-        one, for the places "left" and "right".
+        The rail's part of the marks, to be added to a scenario's irregularities; for a wagon that of the left rail and
+        that of the right rail, for the places "left" and "right".
     wheels
-        The part of each wheelset's wheels, over their circumference; of a wagon each wheelset's left wheel, then its
-        right one. The point of the wheel that was at x = 0 is there again.
+        The wheels' part of the marks, over the circumference, for each wheelset; for a wagon for each wheelset's left
+        wheel, then for its right one. In a run with these, the point of the wheel that was at x = 0 is there again.
     table
-        Over `position`, of a wagon also over `side`: permanent indentation of both bodies together, and the heights of
+        Over `position`, for a wagon also over `side`: permanent indentation of both bodies together, and the heights of
         the rail's part.
     notes
         What the user should know.
@@ -60,12 +60,12 @@ class Marks(Shown):
 
     @property
     def rail(self) -> Measured:
-        """The part of the first rail."""
+        """The part of the marks on the first rail."""
         return self.rails[0]
 
     @property
     def wheel(self) -> OutOfRound:
-        """The part of the first wheelset's wheels."""
+        """The part of the marks on the first wheelset's wheels."""
         return self.wheels[0]
 
 

@@ -71,8 +71,9 @@ def linear_system(lowered: LoweredWagon, fixed: tuple[str, ...] = ()) -> LinearS
 def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> xr.Dataset:
     """Return the modes of small vibrations of a wagon about its steady run, contacts linear and always closed.
 
-    Friction sticks: with a spring it is that spring, without one its two ends are fixed to each other in its direction.
-    A piecewise linear damper has its slope at rest, on the side of positive rates.
+    Friction is taken as sticking: an element with a spring acts as this spring, one without a spring fixes its two ends
+    to each other in its direction. A piecewise linear damper is taken with its slope at rest, on the side of positive
+    rates.
 
     Parameters
     ----------
@@ -87,8 +88,8 @@ def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> 
         Over "mode", by rising frequency: `frequency` (Hz, of the undamped mode), `damping_ratio` (negative: the mode
         grows; 1 or more: it does not oscillate), `name`, and the complex `shape` over "body" and "motion". The shape is
         in m and rad, scaled so that the largest translation of a body, or rotation times 1 m, is one. For pictures, the
-        coordinates `centre` and `edges` (m) of a box for each body, over "body" and "along": that of its mass and
-        moments, of a wheelset that around its wheels.
+        coordinates `centre` and `edges` (m) describe a box for each body, over "body" and "along": a box with the
+        body's mass and moments, or the box around the wheels of a wheelset.
 
     Raises
     ------

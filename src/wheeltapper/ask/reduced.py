@@ -35,8 +35,8 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
     """Return the scenario of the core model that is equivalent to one wheelset of a wagon.
 
     Mass, contacts and static contact force are those of the wheelset. Stiffness and damping are those of its vertical
-    springs and dampers, whose other ends are fixed; dry friction is left out, and of a piecewise linear damper there is
-    its slope at rest. x = 0 is the position of the wheelset at time zero.
+    springs and dampers, whose other ends are fixed. Dry friction is left out, and a piecewise linear damper is taken
+    with its slope at rest. x = 0 is the position of the wheelset at time zero.
 
     Parameters
     ----------
@@ -48,8 +48,8 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
     Raises
     ------
     InputError
-        If there is no such wheelset, if its two wheels meet different irregularities, or if one of these has no place
-        that could be moved.
+        If there is no such wheelset, if its two wheels meet different irregularities, or if one of the irregularities
+        has no place that could be moved.
     """
     scenario = as_scenario(scenario)
     run.choose(run.REDUCED, scenario.needs)

@@ -40,8 +40,8 @@ def critical_speed(
 
     It lies between `lowest` and `highest`. Stability is tested every 2 m/s there: an unstable range of speeds that is
     narrower may be missed. A mode that neither grows nor decays (its damping ratio within 1e-9 of zero) does not count
-    as hunting; a warning names it. Dry friction is taken to stick; where there is some, a warning says how each element
-    is taken, and what the critical speed is without them.
+    as hunting; a warning names it. Dry friction is taken as sticking. If there is some, a warning says how each element
+    is taken, and states the critical speed without friction.
 
     Parameters
     ----------

@@ -47,18 +47,18 @@ def sweep(
     scenario
         The scenario that all cells share; or the path of its TOML file.
     over
-        By path ("vehicle.damping", "irregularity.0.height", "speed"), the values of a continuous field: numbers in SI
-        units or strings with a unit. The cells are all combinations of them.
+        Values of continuous fields, by their paths ("vehicle.damping", "irregularity.0.height", "speed"): numbers in SI
+        units or strings with a unit. The cells are all combinations of the values.
     features
         From `wheeltapper.features`, or their names, as ["force_ratio"]. A run ends as soon as all of them are known.
     gradient
-        True: the features' exact derivatives with respect to the varied fields, through all impacts; or the paths of
-        the fields with respect to which to differentiate. What has no tangents is differenced, see below.
+        True: also compute the features' exact derivatives with respect to the varied fields, through all impacts. Or
+        the paths of the fields with respect to which to differentiate. What has no tangents is differenced, see below.
     zipped
         True: the lists of `over` have the same length, and cell n has the n-th value of each.
     samples, sampling, seed
-        If given, `over` holds lowest and highest values, and `samples` cells are drawn between them, as a "sobol"
-        sequence or a "latin hypercube".
+        If `samples` is given, `over` holds lowest and highest values, and `samples` cells are drawn between them, as a
+        "sobol" sequence or a "latin hypercube".
     method
         "default" or "strict".
     threads
@@ -75,15 +75,15 @@ def sweep(
         Their dimensions are named by the paths, or "cell" if the cells do not form a grid. With gradients there are
         more: for each feature its `_gradient`, its `_elasticity` d ln f / d ln p and, for two parameters or more, its
         `_angle` to each parameter's axis; `condition` of all features by all parameters; `amplification`; and
-        `gradient_status`. A "grazing" cell has an event that hardly happens, so that the derivative means little.
+        `gradient_status`. In a "grazing" cell an event hardly happens, so that the derivative means little.
 
         Where a scenario, a field or a feature has no tangents (wagons, contacts that yield, dampers with ends, friction
         and other kinks of suspensions, anomalies; on rails fields of the track and highest positions), derivatives are
-        extrapolated from differences of runs finer than "strict" ones in which the same happens in the same order:
-        losses, impacts, onsets of yield, stops, friction that slips or sticks, corners of elements, voids. The
-        `_gradient_error` of each is its probable error, mostly below 1e-8 of it. Where both are NaN there is no
-        derivative: other things happen beside the field's value, or the slopes on its sides differ; a note says which.
-        Such cells are "not_differentiable", the others "by_differences".
+        extrapolated from differences of runs that are finer than "strict" ones. The same events must happen in these
+        runs in the same order: losses, impacts, onsets of yield, stops, friction that slips or sticks, corners of
+        elements, voids. The `_gradient_error` of each derivative is its probable error, mostly below 1e-8 of the
+        derivative. Where both are NaN there is no derivative: near the field's value other events happen, or the slopes
+        on its two sides differ; a note says which. Such cells are "not_differentiable", the others "by_differences".
 
     Raises
     ------
@@ -125,18 +125,18 @@ def gradient(
         From `wheeltapper.features`, or their names. Or sensors, or a site with sensors, as `Record.recordings` takes
         them, all of one rate.
     parameters
-        Paths of the continuous fields with respect to which to differentiate. For readings also of sensors' fields, as
-        "sensors.left 1.gain" or "sensors.pad force.x" of one without a name.
+        Paths of the continuous fields with respect to which to differentiate. For readings also fields of sensors, as
+        "sensors.left 1.gain"; a sensor without a name is called by its kind, as in "sensors.pad force.x".
     method, chaos_limit
         As for `sweep`.
 
     Returns
     -------
     xarray.Dataset
-        The variables of `sweep` with gradients, for one cell; of several wheelsets on rails over `wheelset`, of wagons
-        over `wheelset` and `side`; with errors where derivatives are differences. For sensors, over `time`: each
-        reading by its sensor's name, and over `parameter` its `_gradient` at fixed times with its `_gradient_error`,
-        which is zero where the derivative is exact.
+        For features, the variables of `sweep` with gradients, for one cell; with several wheelsets on rails over
+        `wheelset`, with wagons over `wheelset` and `side`; with errors where derivatives are differences. For sensors,
+        each reading over `time`, by its sensor's name. Its derivatives at fixed times (`_gradient`), and their errors
+        (`_gradient_error`), are also over `parameter`. The error is zero where the derivative is exact.
 
     Raises
     ------
@@ -146,10 +146,10 @@ def gradient(
 
     Notes
     -----
-    The reading of a pair of gauges jumps where a wheel passes one of them. If that happens later or earlier, its
-    derivative there is an impulse. Two samples share its area, before the recorder's filter if there is one, so that a
-    low-pass of the derivative is that of the low-passed reading. Derivatives of accelerations of rails and sleepers
-    grow beyond bounds towards an impact, as the force does not begin smoothly there.
+    The reading of a pair of gauges jumps where a wheel passes one of them. If a parameter shifts this jump in time, the
+    derivative is an impulse there. Two samples share its area, before the recorder's filter if there is one, so that a
+    low-pass of the derivative is the derivative of the low-passed reading. Derivatives of accelerations of rails and
+    sleepers grow beyond bounds towards an impact, because the force does not begin smoothly there.
     """
     import numpy as np
 

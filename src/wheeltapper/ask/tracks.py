@@ -35,25 +35,25 @@ def receptance(
 ) -> xr.DataArray:
     """Return the receptance of the infinite track: the harmonic deflection of the rail over the force on it.
 
-    Force and deflection have the same direction, and the factor e^{+iωt}; so the imaginary part is negative where the
-    force does work.
+    Force and deflection have the same direction and the factor e^{+iωt}. The imaginary part is therefore negative where
+    the force does work.
 
     Parameters
     ----------
     track
-        `Ballasted` or `Slab`, with missing pads or sleepers without ballast if it has some.
+        `Ballasted` or `Slab`, also with missing pads or sleepers without ballast.
     frequencies
         Hz, 0 or more; one, or several.
     where
         Places of the force, m from a seat; one, or several.
     at
-        Places of the deflection, m from the same seat; one, or as many as forces. None: at the force.
+        Places of the deflection, m from the same seat; one, or as many as places of the force. None: at the force.
 
     Returns
     -------
     xarray.DataArray
-        Complex, m/N, over "frequency" and "place", without the dimension of what is one number; `where` and `at` are
-        coordinates.
+        Complex, m/N, over "frequency" and "place"; where one number is given, there is no such dimension. `where` and
+        `at` are coordinates.
 
     Raises
     ------
@@ -75,14 +75,14 @@ def static_deflection(track: SupportedRail, where: Quantities) -> xr.DataArray:
     Parameters
     ----------
     track
-        `Ballasted` or `Slab`, with missing pads or sleepers without ballast if it has some.
+        `Ballasted` or `Slab`, also with missing pads or sleepers without ballast.
     where
         Places, m from the seat 0; one, or several.
 
     Returns
     -------
     xarray.DataArray
-        m/N over "place", without it for one place; `where` is a coordinate.
+        m/N over "place", or one number for one place; `where` is a coordinate.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def decay_rate(track: SupportedRail, frequencies: Quantities) -> xr.DataArray:
     Returns
     -------
     xarray.DataArray
-        dB/m over "frequency", without it for one frequency: -20·log10|μ|/a with Bloch's factor μ over the spacing a.
+        dB/m over "frequency", or one number for one frequency: -20·log10|μ|/a with Bloch's factor μ over the spacing a.
 
     Raises
     ------

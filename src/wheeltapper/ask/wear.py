@@ -116,22 +116,24 @@ def wear_in(
     scenario
         A scenario with an elastic-plastic contact and `rolling="point"`; or several, which are computed in parallel.
         Several wheelsets of a vehicle meet the marks of those before them.
-        Each wheel begins at its start: at rest, or, with `orbit.record.scenario` of an orbit, in a motion that lasts.
+        Each wheel begins at the scenario's start: at rest, or, with `orbit.record.scenario` of an orbit, in a motion
+        that lasts.
     passes
         Number of wheels that pass.
     hardening
         1: a place yields again only beyond its largest indentation so far (shakedown). 0: it yields as early as a
         virgin one; near the contact resonance the wear then grows without limit. Values between them interpolate.
     scatter
-        How passes differ. "speed", "load": standard deviations over the mean. "start": the wheels begin, at rest, at
-        places spread evenly over this length, m: their bouncing then has another phase. A wagon's load is what its
-        bodies weigh that no element joins to a wheelset, or all where each is, and the loads of its wheelsets.
-        A start on an orbit would lose its phase. "vehicles": a list of what passes in turn, instead of the scenario's
-        vehicle; how the rail yields, and what the results call static, are those of the most heavily loaded wheelset.
+        How passes differ. "speed", "load": standard deviations over the mean. For a wagon, "load" means the loads of
+        its wheelsets, and the weight of the bodies that no element joins to a wheelset (of all bodies, if each is
+        joined to one). "start": the wheels begin, at rest, at places that are spread evenly over this length, m, so
+        that their bouncing has another phase. A start on an orbit would lose its phase. "vehicles": a list of vehicles
+        that pass in turn, instead of the scenario's vehicle. The yielding of the rail, and the static force in the
+        results, are then those of the most heavily loaded wheelset.
     seed
         Seed of the random numbers. The draws of pass n do not depend on the number of passes.
     every
-        Number of passes after which the profile is kept each time; it is also kept after the last.
+        Number of passes between two profiles that are kept. The profile after the last pass is kept, too.
     samples
         Number of places per quarter of the patch's length at which indentations are computed.
     method

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.paths import value_at
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.faces.panels import BLUE, RED, in_unit, legend_above, panels, with_unit, words
+from wheeltapper.faces.panels import BLUE, RED, Wheels, in_unit, legend_above, number_text, panels, with_unit, words
 from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 ARROWS = 12
 """Approximate number of gradient arrows along each axis."""
+INSIDE = 0.45
+"""So far from the middle of an axis, over its length, numbers of level curves are not cut."""
 MOST_COLUMNS = 4
 """Largest number of panels beside each other."""
 WITHOUT = "no value, or no reliable gradient"
@@ -34,7 +36,9 @@ def features_of(chart: xr.Dataset) -> list[str]:
     return [str(name) for name in chart.data_vars if name not in known and not str(name).endswith(parts)]
 
 
-def draw_chart_of_all(chart: xr.Dataset, features: list[str] | None = None, border: xr.Dataset | None = None) -> Figure:
+def draw_chart_of_all(
+    chart: xr.Dataset, features: list[str] | None = None, border: xr.Dataset | None = None, wheels: Wheels = "one"
+) -> Figure:  # fmt: skip
     """Draw a chart's features, by default all, and a border over them; or the elasticities of a gradient."""
     from matplotlib.figure import Figure
 
@@ -44,7 +48,7 @@ def draw_chart_of_all(chart: xr.Dataset, features: list[str] | None = None, bord
     if "value" in chart.coords:
         return draw_gradient(chart, chosen)
     figure = Figure()
-    draw_chart(figure, chart, chosen)
+    draw_chart(figure, chart, chosen, wheels)
     if border is not None:
         draw_border(figure, chart, border)
     return figure
@@ -54,7 +58,7 @@ def draw_gradient(found: xr.Dataset, features: list[str]) -> Figure:
     """Draw by how many per cent features change where a field changes by one per cent."""
     parts = [(f"{words(name)}{', ' if wheel else ''}{wheel}", one[f"{name}_elasticity"].values)
              for name in features for wheel, one in _of_each_wheel(found, name)]  # fmt: skip
-    fields = [words(str(path)) for path in found.parameter.values]
+    fields = [words(str(path), _scenario_of(found)) for path in found.parameter.values]
     rows = np.arange(len(fields))
     figure, (axis,) = panels(1, 1.6 + 0.25 * len(fields) * (len(parts) + 1))
     width = 0.8 / len(parts)
@@ -82,28 +86,30 @@ def draw_border_alone(border: xr.Dataset) -> Figure:
     return figure
 
 
-def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str]) -> None:
+def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str], wheels: Wheels = "one") -> None:
     """Draw some of a chart's features side by side: maps of two fields, lines over one, clouds of samples.
 
-    The figure gets the size that they need.
+    The figure gets the size that they need. Of a feature that each wheel has, lines have one panel for all wheels; of
+    maps and clouds there is that of the wheel in which it is largest, or one for each.
     """
     from matplotlib import rcParams
 
     for name in features:
         check_choice(name, "features", features_of(chart))
-    drawn = [(name, one) for name in features for one in _of_each_wheel(chart, name)]
+    drawn = [(name, some) for name in features for some in _in_panels(chart, name, wheels)]
     columns = min(len(drawn), MOST_COLUMNS)
     rows = -(-len(drawn) // columns)
     figure.set_size_inches(4.6 * columns, 4.4 * rows)
-    for number, (name, (wheel, chart)) in enumerate(drawn, 1):
+    for number, (name, some) in enumerate(drawn, 1):
         axis = figure.add_subplot(rows, columns, number)
-        dimensions = chart[name].dims
+        (called, one), *others = some
+        dimensions = one[name].dims
         if dimensions == ("cell",):
-            _draw_cloud(axis, chart, name)
+            _draw_cloud(axis, one, name)
         elif len(dimensions) == 1:
-            _draw_line(axis, chart, name)
+            _draw_lines(axis, some, name)
         elif len(dimensions) == 2:
-            draw_map(axis, chart, name)
+            draw_map(axis, one, name)
         else:
             raise InputError(
                 "",
@@ -111,8 +117,28 @@ def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str]) -> None:
                 f"{len(dimensions)} varied fields",
                 "one or two; choose a slice with chart.sel or chart.isel",
             )
-        if wheel:
-            axis.set_title(f"{wheel}\n{axis.get_title(rcParams['axes.titlelocation'])}".rstrip(), fontsize=9)
+        if called and not others:
+            axis.set_title(f"{called}\n{axis.get_title(rcParams['axes.titlelocation'])}".rstrip(), fontsize=9)
+
+
+Wheel = tuple[str, "xr.Dataset"]
+"""What a wheelset, or a wheel, is called, and its chart."""
+
+
+def _in_panels(chart: xr.Dataset, name: str, wheels: Wheels) -> list[list[Wheel]]:
+    """Return the wheels of a feature, those together that share a panel."""
+    every = _of_each_wheel(chart, name)
+    dimensions = every[0][1][name].dims
+    if len(every) == 1 or (len(dimensions) == 1 and dimensions != ("cell",)):
+        return [every]
+    if wheels == "all":
+        return [[one] for one in every]
+    called, most = max(every, key=lambda one: _largest(one[1][name].values))
+    return [[(f"{called}: of {len(every)} the one in which it is largest", most)]]
+
+
+def _largest(values: FloatArray) -> float:
+    return float(np.nanmax(values)) if np.isfinite(values).any() else -np.inf
 
 
 def _of_each_wheel(chart: xr.Dataset, name: str) -> list[tuple[str, xr.Dataset]]:
@@ -129,25 +155,39 @@ def _read(chart: xr.Dataset, name: str) -> tuple[FloatArray, str]:
     """Return the values of a feature or a field in a unit that reads well, and its label."""
     values = np.asarray(chart[name].values, dtype=float)
     factor, unit = in_unit(values, chart[name].attrs.get("units", ""))
-    return factor * values, with_unit(words(name), unit)
+    return factor * values, with_unit(words(name, _scenario_of(chart)), unit)
+
+
+def _scenario_of(chart: xr.Dataset) -> Scenario | None:
+    """Return the chart's scenario; None if it is unknown."""
+    try:
+        return Scenario.of(json.loads(chart.attrs["scenario"]))
+    except (KeyError, TypeError, ValueError):
+        return None
 
 
 def _nominal_value(chart: xr.Dataset, path: str) -> float | None:
     """Return the value of the chart's scenario at a path; None if it is zero or unknown."""
+    scenario = _scenario_of(chart)
     try:
-        return float(value_at(Scenario.of(json.loads(chart.attrs["scenario"])), path)) or None
+        return None if scenario is None else float(value_at(scenario, path)) or None
     except (KeyError, TypeError, ValueError):
         return None
 
 
 def _scaled_field(chart: xr.Dataset, path: str) -> tuple[FloatArray, float, str]:
-    """Return a field's values over the value of the scenario, that value, and the axis label."""
-    values = np.asarray(chart[path].values, dtype=float)
-    nominal = _nominal_value(chart, path)
+    """Return a field's values over a unit, that unit, and the axis label.
+
+    Of a chart with gradients it is the scenario's value, since arrows compare shares of fields.
+    """
+    values, scenario = np.asarray(chart[path].values, dtype=float), _scenario_of(chart)
+    nominal = _nominal_value(chart, path) if "parameter" in chart.coords else None
+    name, given = words(path, scenario), chart[path].attrs.get("units", "")
     if nominal is None:
-        return values, 1.0, with_unit(words(path), chart[path].attrs.get("units", ""))
-    factor, unit = in_unit(nominal, chart[path].attrs.get("units", ""))
-    return values / nominal, nominal, f"{words(path)} over {factor * nominal:.4g} {unit}".rstrip()
+        factor, unit = in_unit(values, given)
+        return values * factor, 1.0 / factor, with_unit(name, unit)
+    factor, unit = in_unit(nominal, given)
+    return values / nominal, nominal, f"{name} over {number_text(factor * nominal)} {unit}".rstrip()
 
 
 def _is_masked(chart: xr.Dataset, name: str) -> NDArray[np.bool_]:
@@ -173,6 +213,7 @@ def draw_map(axis: Axes, chart: xr.Dataset, name: str) -> None:
         numbers = axis.clabel(curves, fontsize=7, fmt=lambda level: f"{level:.4g}", colors="black")
         for number in numbers:
             number.set(zorder=6, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})
+            number.set_visible(all(map(_is_inside, number.get_position(), (x, y))))
     elif known.any():
         title += f"\n{values[known].flat[0]:.4g} wherever it is known"
     masked = _is_masked(chart, name).T
@@ -184,6 +225,11 @@ def draw_map(axis: Axes, chart: xr.Dataset, name: str) -> None:
         _draw_arrows(axis, x, y, slopes[0] * x_unit, slopes[1] * y_unit, masked)
         title += "\n" + _specificity_text(chart, name, (second, first))
     axis.set_title(title, fontsize=9)
+
+
+def _is_inside(at: float, ends: FloatArray) -> bool:
+    """Return whether a number at this place is not cut by an end of its axis."""
+    return bool(abs(at - 0.5 * (ends.min() + ends.max())) < INSIDE * np.ptp(ends))
 
 
 def _draw_arrows(axis: Axes, x: FloatArray, y: FloatArray, dx: FloatArray, dy: FloatArray, masked: Any) -> None:
@@ -206,20 +252,25 @@ def _specificity_text(chart: xr.Dataset, name: str, paths: tuple[str, str]) -> s
         return ""
     angles = chart[f"{name}_angle"].sel({path: here[path] for path in paths}, method="nearest")
     best = str(angles.parameter.values[int(np.nanargmin(angles.values))]) if np.isfinite(angles.values).any() else ""
-    return f"{float(np.nanmin(angles.values)):.1f}° off the {words(best)} at the scenario's own values" if best else ""
+    nearest = words(best, _scenario_of(chart))
+    return f"{float(np.nanmin(angles.values)):.1f}° off the {nearest} at the scenario's own values" if best else ""
 
 
-def _draw_line(axis: Axes, chart: xr.Dataset, name: str) -> None:
+def _draw_lines(axis: Axes, some: list[Wheel], name: str) -> None:
+    """Draw a feature over one field, a line for each wheel."""
+    _, chart = some[0]
     path = str(chart[name].dims[0])
     x, x_label = _read(chart, path)
-    values, label = _read(chart, name)
-    axis.plot(x, values)
-    axis.set(xlabel=x_label, ylabel=label)
-    masked = _is_masked(chart, name)
+    values = np.stack([one[name].values for _, one in some])
+    factor, unit = in_unit(values, chart[name].attrs.get("units", ""))
+    for (called, _), line in zip(some, factor * values, strict=True):
+        axis.plot(x, line, label=called or None)
+    axis.set(xlabel=x_label, ylabel=with_unit(words(name), unit))
+    masked = np.all([_is_masked(one, name) for _, one in some], axis=0)
     for number, value in enumerate(x[masked]):
         axis.axvline(value, color="0.85", linewidth=2, zorder=0, label=None if number else WITHOUT)
-    if masked.any():
-        legend_above(axis)
+    if masked.any() or len(some) > 1:
+        legend_above(axis, 4)
 
 
 def _draw_cloud(axis: Axes, chart: xr.Dataset, name: str) -> None:

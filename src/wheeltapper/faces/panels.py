@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+Wheels = Literal["one", "all"]
+"""Of what each wheel has: the wheel in which it is largest, or all of them."""
 BLUE, RED, GREEN = "#1f4e79", "#c0392b", "#2e7d32"
 """The first colours of the style sheet; "C0" would be another colour once the sheet is no longer in use."""
 COLOURS = (BLUE, RED, GREEN, "#7f7f7f", "#d68910", "#6c3483", "#17a2b8", "#000000")
@@ -35,15 +37,44 @@ def in_unit(values: Any, unit: str) -> tuple[float, str]:
     return 1.0 / size, prefix + unit
 
 
-def words(path: str) -> str:
-    """Return a field's path in words: "irregularity.0.height" is the height of irregularity 1."""
-    found: list[str] = []
-    for part in path.split("."):
-        if part.isdigit() and found:
-            found[-1] += f" {int(part) + 1}"
-        else:
-            found.append(part.replace("_", " "))
-    return " of ".join(reversed(found))
+ONE_OF = {
+    "anomalies": "anomaly", "axles": "axle", "bodies": "body", "elements": "element", "irregularity": "irregularity",
+    "sensors": "sensor", "wheelsets": "wheelset",
+}  # fmt: skip
+"""What one of a list is called."""
+
+
+def words(path: str, scenario: Any = None) -> str:
+    """Return a field's path in words: "irregularity.0.height" is the height of irregularity 1.
+
+    What has a name in the scenario is called by it: "vehicle.bodies.0.mass" is the mass of the car body.
+    """
+    *holders, field = path.split(".")
+    if field.isdigit() and holders:
+        field = f"{holders.pop()} {int(field) + 1}"
+    holder, held = "", scenario
+    for before, part in zip(["", *holders], holders, strict=False):
+        held = _inside(held, part)
+        if before in ONE_OF:
+            name = getattr(held, "name", "") or f"{ONE_OF[before]} {int(part) + 1}" if part.isdigit() else part
+            holder = name if name[-1:].isdigit() else f"the {name}"
+        elif part not in ONE_OF:
+            holder = f"the {part.replace('_', ' ')}"
+    return field.replace("_", " ") + (f" of {holder}" if holder else "")
+
+
+def _inside(held: Any, part: str) -> Any:
+    """Return what is at a part of a path; None where that is unknown."""
+    if part.isdigit() and isinstance(held, tuple):
+        return held[int(part)] if int(part) < len(held) else None
+    return getattr(held, part, None)
+
+
+def number_text(value: float) -> str:
+    """Return a number with four digits, written out, with spaces between thousands."""
+    if value == 0.0 or 1e-4 <= abs(value) < 1e9:
+        return f"{float(f'{value:.4g}'):,.10g}".replace(",", "\u202f")
+    return f"{value:.4g}"
 
 
 def with_unit(name: str, unit: str) -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, get_args, overload
 
 from wheeltapper.faces.drawers import drawer_of, is_drawn_by
-from wheeltapper.ground.arguments import as_count, as_list, as_path
+from wheeltapper.faces.panels import Wheels
+from wheeltapper.ground.arguments import as_count, as_list, as_path, check_choice
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import SEVERAL_BODIES
 
@@ -24,12 +25,12 @@ CHART, RECORD = "wheeltapper chart", "record.record.Record"
 @overload
 def plot(
     what: Any, path: str | Path | None = None, features: list[str] | None = None, border: xr.Dataset | None = None,
-    against: Record | None = None, wheelset: int = 1, *, interactive: Literal[False] = False,
+    against: Record | None = None, wheelset: int = 1, *, wheels: Wheels = "one", interactive: Literal[False] = False,
 ) -> Figure: ...  # fmt: skip
 @overload
 def plot(
     what: Any, path: str | Path | None = None, features: list[str] | None = None, border: xr.Dataset | None = None,
-    against: Record | None = None, wheelset: int = 1, *, interactive: bool,
+    against: Record | None = None, wheelset: int = 1, *, wheels: Wheels = "one", interactive: bool,
 ) -> Any: ...  # fmt: skip
 def plot(
     what: Any,
@@ -39,6 +40,7 @@ def plot(
     against: Record | None = None,
     wheelset: int = 1,
     *,
+    wheels: Wheels = "one",
     interactive: bool = False,
 ) -> Any:
     """Draw a noun, a result, or several of a kind over one another.
@@ -66,6 +68,9 @@ def plot(
     against, wheelset
         For a wagon's record: the record of a core model, such as that of `wheeltapper.reduced`. It is drawn over the
         response of this wheelset, with the differences in peaks, intervals and times.
+    wheels
+        Of a chart's feature that each wheel has: "one" draws the map of the wheel in which it is largest, "all" one
+        map for each. For another wheel draw ``chart.sel(wheelset=2, side="left")``.
     interactive
         Whether the same picture is returned as one of plotly, to zoom into and to read values from.
 
@@ -86,7 +91,7 @@ def plot(
         from wheeltapper.faces.interactive import check_plotly
 
         check_plotly(path)
-    options = _checked_options(what, features, border)
+    options = _checked_options(what, features, border, wheels)
     wheelset = as_count(wheelset, "wheelset")
     _check_against(what, against, wheelset)
     draw = drawer_of(what)
@@ -106,7 +111,9 @@ def plot(
     return figure
 
 
-def _checked_options(what: Any, features: list[str] | None, border: xr.Dataset | None) -> dict[str, Any]:
+def _checked_options(
+    what: Any, features: list[str] | None, border: xr.Dataset | None, wheels: Wheels
+) -> dict[str, Any]:  # fmt: skip
     """Return the options of a chart; refuse wrong ones, and those of anything else."""
     if features is not None:
         features = as_list(features, "features", "names of the chart's features")
@@ -114,10 +121,13 @@ def _checked_options(what: Any, features: list[str] | None, border: xr.Dataset |
             raise InputError("", "features", "none", "names of the chart's features, or None for all")
     if border is not None and "line" not in getattr(border, "data_vars", ()):
         raise InputError("", "border", value_text(border), "what `wheeltapper.border` returned")
-    given = {name: value for name, value in (("features", features), ("border", border)) if value is not None}
+    check_choice(wheels, "wheels", get_args(Wheels))
+    asked = {"features": features, "border": border, "wheels": None if wheels == "one" else wheels}
+    given = {name: value for name, value in asked.items() if value is not None}
     if not is_drawn_by(what, CHART):
         for name, value in given.items():
-            raise InputError("", name, value_text(value), "None, unless `what` is a chart")
+            usual = "'one'" if name == "wheels" else "None"
+            raise InputError("", name, value_text(value), f"{usual}, unless `what` is a chart")
     return given
 
 

@@ -52,7 +52,7 @@ FORMER = {
 
 
 class Energies(xr.Dataset):  # type: ignore[no-untyped-call]
-    """An energy balance. Former names of its terms are answered, with a warning, for one version."""
+    """An energy balance. Former names of its terms still work for one version, with a warning."""
 
     __slots__ = ()
 

@@ -179,9 +179,9 @@ class Record(Shown):
     def events(self) -> xr.Dataset:
         """Losses of contact, impacts and onsets of yield: time, kind, contact, position, indentation rate.
 
-        On a track with voids also where these close and open: these have the number of their `seat`, the seat's
-        position, the rate of the sleeper's deflection, and -1 for the contact; wheels' events have the seat -1. Below a
-        wagon they have the side of the sleeper.
+        On a track with voids, the closing and the opening of a void are events, too. Such an event has the number of
+        the `seat`, the seat's position, the rate of the sleeper's deflection instead of the indentation rate, and -1
+        for the contact. Below a wagon it also has the side of the sleeper. Events of wheels have the seat -1.
         """
         held = dict(self._events)
         rate, place = held.pop("indentation_rate"), self._contacts.position
@@ -202,12 +202,12 @@ class Record(Shown):
 
     @cached_property
     def impacts(self) -> xr.Dataset:
-        """Impacts with what follows each: closing speed, largest force until the next, duration, impulse, interval.
+        """Impacts: closing speed, largest force until the next impact, duration, impulse, interval to the next impact.
 
         `interval` is the time from this onset of contact to the next. `force_ratio` is the ratio of this impact's
         largest force to that of the next one (r_N of the paper). Both are NaN if there is no next impact. `duration`
-        and `impulse` are NaN if the contact lasts beyond the end of the run. Where there are several contacts, all this
-        is about the same contact.
+        and `impulse` are NaN if the contact lasts beyond the end of the run. If there are several contacts, the next
+        impact is that of the same contact.
         """
         each = [self._impacts_of(contact) for contact in range(len(self._contacts.lanes))]
         columns = {name: np.concatenate([one[name] for one in each]) for name in each[0]}
@@ -252,7 +252,7 @@ class Record(Shown):
     def damper_events(self) -> xr.Dataset:
         """Events of a damper with play: its end reaches a stop ("reached") or leaves it ("left"); time, kind, side.
 
-        Of several wheelsets also the number of the `wheelset`.
+        With several wheelsets, each event also has the number of its `wheelset`.
         """
         run.choose(run.DAMPER_EVENTS, self.scenario.needs)
         stops, wheelset = self._lowered.stops_met(self._kept_march)
@@ -261,10 +261,11 @@ class Record(Shown):
 
     @cached_property
     def suspension_events(self) -> xr.Dataset:
-        """Events of what is not linear in the suspensions: time, element, kind, side, rate of compression.
+        """Events of the nonlinear elements of suspensions: time, element, kind, side, rate of compression.
 
-        Dry friction slips (begins to, or turns round) or sticks, a bumpstop is met or left, and a spring or a damper
-        goes beyond a corner or comes back within it. Of a wagon they are those of its friction elements.
+        Dry friction begins to slip, reverses its slip, or sticks. A bumpstop is met or left. A spring or a damper goes
+        beyond a corner of its characteristic or comes back within it. For a wagon, only the events of its friction
+        elements are listed.
         """
         run.choose(run.SUSPENSION_EVENTS, self.scenario.needs)
         return elements.element_table(self._lowered.element_events(self._kept_march))
@@ -310,14 +311,14 @@ class Record(Shown):
         xarray.Dataset
             Over `time` and `rail`: rail_displacement, rail_acceleration, rail_strain (in bending, at the foot, tension
             positive), rail_shear. Over `time` and `seat`: sleeper_displacement, sleeper_acceleration, pad_force,
-            ballast_force (compression positive); on a slab the pad's force alone. Displacements and accelerations are
-            upwards. All of it is of one rail; below a wagon both have their own, over `side`. NaN where a wheel is
-            farther away than half the ring that stands for the track.
+            ballast_force (compression positive); on a slab only pad_force. Displacements and accelerations are upwards.
+            All values are those of one rail; below a wagon, each rail has its own, over `side`. A value is NaN at times
+            when a wheel is farther from its place than half the length of the ring that stands for the track.
 
         Raises
         ------
         InputError
-            On another track, or without a place.
+            If the track has no rail that bends, or if neither `rail` nor `seat` is given.
         """
         from wheeltapper.record.track import track
 
@@ -331,25 +332,27 @@ class Record(Shown):
         Parameters
         ----------
         sensors
-            A site or the path of its file, whose sensors along the track are simulated, and that of its deck if the run
-            has a deck; or one sensor or several, also such as are on the run's vehicle. They are on the track of the
-            run: places are those of the scenario. A site's seats are found by their places, those of sensors alone by
-            the run's numbers. Of a wagon each has a `side`; of other vehicles both sides are alike.
+            A site or the path of its file: the site's sensors along the track are simulated, and its deck's sensor if
+            the run has a deck. Or one sensor or several, which may also be on the run's vehicle. Sensors are on the
+            track of the run: their places are those of the scenario. Seats of a site's sensors are found by their
+            places; seats of sensors without a site have the run's numbers. With a wagon each sensor has a `side`; with
+            other vehicles both sides are alike.
         seed
-            Of the noise of a deck's sensor. By default there is none.
+            Seed of the noise of a deck's sensor. By default there is no noise.
 
         Returns
         -------
         dict
-            A `Recording` for each sensor, by its name, or its kind if it has none, as `diagnosis.measure_trains` takes
-            them; `diagnose` takes that of a deck. Along the track a reading is the true one times the sensor's gain.
-            There and at axle boxes the recorder filters before it samples, as the sensor's `anti_alias` says.
+            A `Recording` for each sensor, by the sensor's name (by its kind if it has no name), as
+            `diagnosis.measure_trains` takes them; `diagnose` takes the recording of a deck. Along the track, a reading
+            is the true value times the sensor's gain. There and at axle boxes the recorder filters before it samples,
+            as the sensor's `anti_alias` says.
 
         Raises
         ------
         InputError
-            If the track of the run has nothing that a sensor reads, or no seat where it is, or the vehicle no such
-            wheelset.
+            If the run's track has nothing that a sensor reads, or no seat at the sensor's place, or if the vehicle has
+            no such wheelset.
         """
         from wheeltapper.record.recordings.simulated import recordings
 
@@ -474,8 +477,8 @@ class Record(Shown):
         Raises
         ------
         InputError
-            For a single wheelset, an unknown body, a point that is not three numbers, another rate, or nothing left
-            after settling.
+            For a single wheelset, an unknown body, a point that is not three numbers, a rate outside this range, or if
+            nothing is left after settling.
         """
         from wheeltapper.record.assessment.comfort import comfort
 
@@ -495,33 +498,33 @@ class Record(Shown):
         Parameters
         ----------
         cutoff
-            Frequency at which Y and Q are low-passed, -3 dB, without phase, Hz, or as "20 Hz"; None: not at all.
+            Cut-off (-3 dB) of the low-pass filter of Y and Q, which has no phase, Hz, or as "20 Hz"; None: no filter.
         order
-            Even order of the filter: 4 falls by 24 dB per octave.
+            Order of the filter, an even number: 4 falls by 24 dB per octave.
         window
-            Length of way of the sliding mean of Y/Q, ΣY and T-gamma, m, rounded to an odd number of samples; 0: no
-            mean.
+            Distance over which Y/Q, ΣY and T-gamma are averaged (a sliding mean), m, rounded to an odd number of
+            samples; 0: no mean.
         settling
             Seconds at the beginning that are filtered but not returned.
         rate
-            Samples per second, Hz; by default 100 for a period of the cut-off frequency, and at least 20 000.
+            Samples per second, Hz; by default 100 per period of the cut-off frequency, but at least 20 000.
 
         Returns
         -------
         xarray.Dataset
             guiding_force (Y, outwards), wheel_force (Q), unloading, derailment_quotient and spin_t_gamma over time,
-            wheelset and side; sum_of_guiding_forces without side; t_gamma also over surface (tread, flange). A mean
-            stands at the middle of its window; where that is not all in the run, or in the settling, it is NaN. So are
-            filtered forces, and what is made of them, at the end of the run, for as long as the filter takes to settle
-            (a period of the cut-off for the order 4), since the filter needs what follows; also at the beginning, if
-            the run does not start in equilibrium. The attribute `note` says so; where larger values may be there, or
-            nothing is left, or the run broke off, a `ModelWarning` does, too. Forces are filtered first, then divided,
-            then averaged. T-gamma is averaged only.
+            wheelset and side; sum_of_guiding_forces without side; t_gamma also over surface (tread, flange). Forces are
+            filtered first, then divided, then averaged. T-gamma is only averaged. A mean belongs to the middle of its
+            window. It is NaN if the window reaches beyond the run or into the settling. Filtered forces, and whatever
+            is computed from them, are NaN at the end of the run, for as long as the filter takes to settle (a period of
+            the cut-off for the order 4), since the filter also needs later values. They are NaN at the beginning, too,
+            if the run does not start in equilibrium. The attribute `note` says so. A `ModelWarning` is given as well if
+            larger values may be in these parts, if nothing is left, or if the run broke off.
 
         Raises
         ------
         InputError
-            For a record without lateral forces, an odd order, a rate of less than 10 for a period of the cut-off, or a
+            For a record without lateral forces, an odd order, a rate of less than 10 per period of the cut-off, or a
             run that is too short.
         """
         from wheeltapper.record.assessment.guidance import guidance
@@ -531,7 +534,7 @@ class Record(Shown):
     def running_safety(self, **options: Any) -> xr.Dataset:
         """Return extremes, percentiles (0.15, 50 and 99.85 %) and mean of what `guidance` returns with these options.
 
-        They are over "statistic": "least", "0.15 %", "50 %", "99.85 %", "largest" and "mean".
+        They lie along the dimension "statistic": "least", "0.15 %", "50 %", "99.85 %", "largest" and "mean".
         """
         from wheeltapper.record.assessment.guidance import statistics
 
@@ -540,7 +543,8 @@ class Record(Shown):
     def save(self, path: str | Path) -> None:
         """Write the record as netCDF (.nc); it opens in plain xarray, and with `wheeltapper.load`.
 
-        Of a run on rails the file has the energy balance if it was asked for before: it takes longer than the run.
+        The energy balance of a run on rails takes longer than the run: the file has it only if `energy` was read
+        before.
         """
         from wheeltapper.record.saving import save
 

@@ -60,9 +60,9 @@ def simulate(
     threads
         Number of scenarios that are computed at a time; by default one per core.
     progress
-        True: on a terminal or in a notebook a bar after two seconds; False: none; or a function, called instead with
-        what is being done ("marching"), how much of it is done, and how much there is (0: nobody knows). What it raises
-        ends the run.
+        True: a bar on a terminal or in a notebook, after two seconds; False: no bar. Or a function, which is called
+        instead with what is being done ("marching"), how much of it is done, and the total (0: unknown). An exception
+        that it raises ends the run.
 
     Returns
     -------

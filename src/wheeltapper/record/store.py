@@ -37,24 +37,24 @@ RECORD = "a record saved by wheeltapper"
 
 
 def load(path: str | Path, *, law: Callable[..., Any] | None = None, largest: float = LARGEST) -> Any:
-    """Load by suffix: .toml is a `Scenario` or a `Site`, .nc a record, a wear or a branch, .zarr a chart.
+    """Load a file by its suffix: .toml is a `Scenario` or a `Site`, .nc a record, a wear or a branch, .zarr a chart.
 
-    A wear is what `wear_in` keeps in a file, a branch what the command `orbits` writes.
+    A wear is the file that `wear_in` keeps, a branch the file that the command `orbits` writes.
 
     Parameters
     ----------
     path
         Path of the file, or of the folder of a chart.
     law
-        For a record with a contact of one's own, a `Law`: its Python function. A file names it but does not hold it,
-        and loading imports nothing; the function given has to return the forces that the file has kept.
+        For a record whose contact is a `Law` of your own: its Python function. The file has only the function's name,
+        and loading imports nothing. The function must return the forces that are kept in the file.
     largest
         Largest unpacked size of a .nc file, bytes.
 
     Raises
     ------
     InputError
-        If the file is missing, foreign, damaged, or written by a newer format.
+        If the file is missing, not one of these, damaged, or written by a newer format.
     """
     path, largest = as_path(path, "path", f"the path of a file: {LOADED}"), as_quantity(largest, "largest", "number")
     suffix = path.suffix.lower()

@@ -119,7 +119,7 @@ def ride_comfort(
         Weighted by Wd, Wd and the vertical weighting for rail (EN 12299): `weighted_rms_rail`, (3,), m/s^2; `blocks`,
         the number of whole 5 s blocks; `continuous_comfort`, C_Cx, C_Cy, C_Cz, (3, blocks), m/s^2; `percentile_95` over
         all blocks, linear between order statistics, (3,), m/s^2; `mean_comfort`, N_MV, no unit. The last two are NaN
-        without a block, and with fewer than 60 not yet the standard's.
+        without a whole block, and with fewer than 60 blocks they are not yet those of the standard.
 
     Raises
     ------
@@ -204,7 +204,7 @@ def comfort(
     Parameters
     ----------
     record
-        Of a wagon.
+        Record of a wagon.
     body
         Name of the body.
     at

@@ -1,6 +1,6 @@
-"""Features: single numbers that an impact train gives away, for records and for maps.
+"""Features: single numbers that are computed from an impact train, for records and for maps.
 
-Each is a small object; what it needs says how far a run has to be computed before it is known.
+Each is a small object. It also says how far a run has to be computed before the number is known.
 """
 
 from typing import TYPE_CHECKING

@@ -31,12 +31,12 @@ Maker = TypeVar("Maker", bound="Callable[..., Feature]")
 
 @dataclass(frozen=True)
 class Feature:
-    """A number that an impact train gives away.
+    """A number that is computed from an impact train.
 
     Attributes
     ----------
     name
-        What the variable of a map is called.
+        Name of its variable in a map.
     unit
         SI unit, "" for a ratio.
     definition
@@ -44,17 +44,18 @@ class Feature:
     impacts
         How many impacts it needs; with fewer it is NaN.
     until
-        When it is known: at that "impact", at the first "loss" of contact after it, or at the "end" of the run.
+        When it is known: at the last of these impacts ("impact"), at the first "loss" of contact after it, or at the
+        "end" of the run.
     of
-        From the trains of some cells to one value per cell.
+        Function from the trains of some cells to one value per cell.
     differentiable
         False where it counts something: then it has no gradient.
     tally
-        True where it needs impulses or the highest position, which cost more than events and force maxima.
+        True if it needs impulses or the highest position, which take longer to compute than events and force maxima.
     asks
-        Name of the question that a march has to answer for it; "": any march has what it needs.
+        Name of the question that a march has to answer for this feature; "": every march computes what it needs.
     of_heights
-        True where it needs the highest position, whose derivatives the general march does not know.
+        True if it needs the highest position, whose derivatives the general march does not compute.
     """
 
     name: str
@@ -146,7 +147,7 @@ def feature(make: Maker) -> Maker:
     Parameters
     ----------
     make
-        Returns a `Feature`, perhaps by arguments that all have defaults; its name is the feature's.
+        Function that returns a `Feature`. It may have arguments, all with defaults. Its name becomes the feature's.
     """
     register(make, ROOM)
     return make
@@ -160,18 +161,18 @@ def check_order(first: int, second: int) -> None:
 
 @dataclass(frozen=True)
 class Train:
-    """The impact train of one cell, as a user's own feature reads it; arrays in order of time.
+    """The impact train of one cell, as a user's own feature receives it; arrays are in order of time.
 
     Attributes
     ----------
     loss_time, impact_time
-        s.
+        Times of the losses of contact and of the impacts, s.
     closing_speed
         Indentation rate at each impact, m/s.
     peak_time, peak_force, peak_impact
-        Force maxima: s, N, and how many impacts came before.
+        Force maxima: their times, s, the forces, N, and how many impacts came before each.
     static_force
-        N0, N.
+        Static force N0, N.
     """
 
     loss_time: NDArray[Any]
@@ -187,19 +188,20 @@ def custom(
     function: Callable[[Train], float], name: str, unit: str = "", definition: str = "", impacts: int = 0,
     until: Until = "end",
 ) -> Feature:  # fmt: skip
-    """Return a feature of one's own.
+    """Return a feature of your own.
 
     Parameters
     ----------
     function
-        From the `Train` of one cell to a number; NaN where it has none. With gradients the train's arrays are complex,
-        which arithmetic and NumPy's functions carry through.
+        Function from the `Train` of one cell to a number, or to NaN if it has none. With gradients the train's arrays
+        are complex; arithmetic and NumPy's functions carry the imaginary parts through.
     name, unit, definition
         For tables and plots.
     impacts
         How many impacts it needs; with fewer it is NaN and the function is not called.
     until
-        When it is known: at that "impact", at the first "loss" after it, or at the "end" of the run.
+        When it is known: at the last of these impacts ("impact"), at the first "loss" after it, or at the "end" of the
+        run.
     """
     check_function(function, "function", "a function from a Train to a number")
     check_text(name, "name")
@@ -237,7 +239,7 @@ def _train_of_cell(trains: Trains, cell: int) -> Train:
 def named(what: Any) -> Feature:
     """Return a registered feature from its name, or from a table with its name as `type` and its arguments.
 
-    A `name` in the table is what the variable is called.
+    If the table has a `name`, the variable gets this name.
     """
     table = {"type": what} if isinstance(what, str) else dict(what) if isinstance(what, dict) else {}
     kind, name = table.pop("type", None), table.pop("name", None)

@@ -24,7 +24,7 @@ def force_ratio(first: int = 1, second: int = 2) -> Feature:
 def largest_force(over_static: bool = False) -> Feature:
     """Return the largest maximum of the contact force, N; `over_static`: divided by the static force N0.
 
-    Where the force has no maximum within the run, it is the larger one of the forces at its ends.
+    If the force has no maximum within the run, the value is the larger one of the forces at its start and its end.
     """
     check_flag(over_static, "over_static")
     if over_static:

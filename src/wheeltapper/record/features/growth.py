@@ -11,10 +11,10 @@ from wheeltapper.record.trains.growth import BATCHES
 def growth_exponent(waves: int = 25_000, error: bool = False) -> Feature:
     """Return the mean rate at which a small deviation grows, 1/s: the largest Lyapunov exponent.
 
-    Positive for chaos and for long transients; on a stable orbit ln|μ|/period. It is measured over some waves of a
-    periodic irregularity by exact tangents, from the scenario's start on and independent of its duration, after a tenth
-    as many waves to settle. `error`: its standard error, from the scatter of 20 parts of the motion. NaN where no
-    irregularity repeats.
+    It is positive for chaos and for long transients; on a stable orbit it is ln|μ|/period. It is measured by exact
+    tangents over so many `waves` of a periodic irregularity, after a tenth as many waves to settle. The motion begins
+    at the scenario's start; the scenario's duration does not matter. `error`: return its standard error instead, from
+    the scatter of 20 parts of the motion. The value is NaN if no irregularity repeats.
     """
     waves = as_count(waves, "waves", 2 * BATCHES)
     check_flag(error, "error")

@@ -19,15 +19,15 @@ from wheeltapper.record.trains.trains import Trains, Values
 
 @feature
 def P1(position: float | str = 0.0) -> Feature:  # noqa: N802 - its name in the field
-    """Return P1, the first maximum of the contact force after the wheel is at a joint, N.
+    """Return P1, the first maximum of the contact force after the wheel has reached a joint, N.
 
-    It is the force between the masses of wheel and rail, over by half a millisecond (Jenkins et al., Railway
-    Engineering Journal 3 (1974)). Nothing is filtered.
+    It is the force between the masses of wheel and rail, and is over after half a millisecond (Jenkins et al., Railway
+    Engineering Journal 3 (1974)). The force is not filtered.
 
     Parameters
     ----------
     position
-        Of the joint, m.
+        Position of the joint, m.
     """
     position = as_quantity(position, "position", "length", positive=False)
     return Feature(
@@ -38,14 +38,14 @@ def P1(position: float | str = 0.0) -> Feature:  # noqa: N802 - its name in the 
 
 @feature
 def P2(cutoff: float | str = 90.0, order: int = 4, rate: float | str | None = None) -> Feature:  # noqa: N802
-    """Return P2, the largest contact force below 90 Hz, N: that of the wheel and the track together on the ballast.
+    """Return P2, the largest contact force below 90 Hz, N: wheel and track move together on the ballast.
 
     It is `filtered_force` with the cut-off that is usual for joints.
 
     Parameters
     ----------
     cutoff, order, rate
-        As of `filtered_force`.
+        As for `filtered_force`.
     """
     return filtered_force(cutoff, order, rate).renamed("P2")
 
@@ -56,21 +56,21 @@ def filtered_force(
 ) -> Feature:
     """Return the largest low-passed contact force, N; `over_static`: divided by the static force N0.
 
-    The filter has no phase, loses 3 dB at the cut-off, and 24 dB per octave beyond it if its order is 4: a Butterworth
-    filter of half the order, forwards and backwards. 20 Hz is the cut-off of EN 14363. The end of the run is not read
-    for as long as the filter takes to settle, a period of the cut-off for the order 4, since the filter needs what
-    follows; nor is the beginning, if the run does not start in equilibrium. A note says so, and a `ModelWarning` does
-    where larger forces may be there, or where nothing is left: then the value is NaN. There are no gradients, and each
-    cell of a map is simulated once more, alone.
+    The filter has no phase. It loses 3 dB at the cut-off, and 24 dB per octave beyond it if its order is 4: it is a
+    Butterworth filter of half the order, forwards and backwards. 20 Hz is the cut-off of EN 14363. Since the filter
+    also needs later values, the end of the run is not read for as long as the filter takes to settle (a period of the
+    cut-off for the order 4). The beginning is not read either if the run does not start in equilibrium. A note says so.
+    A `ModelWarning` is given if larger forces may be there, or if nothing is left: then the value is NaN. There are no
+    gradients, and each cell of a map is simulated once more, alone.
 
     Parameters
     ----------
     cutoff
-        Where 3 dB are lost, Hz.
+        Frequency at which 3 dB are lost, Hz.
     order
-        An even number.
+        Order of the filter, an even number.
     rate
-        Samples per second; None: 100 for each period of the cut-off, and at least 20 kHz.
+        Samples per second; None: 100 per period of the cut-off, but at least 20 kHz.
     over_static
         Whether the force is divided by the static force.
     """
@@ -93,14 +93,14 @@ def filtered_force(
 def wheel_unloading(cutoff: float | str = 20.0, order: int = 4, rate: float | str | None = None) -> Feature:
     """Return the wheel unloading ΔQ/Q0: the largest share of the static force that the low-passed force lacks.
 
-    The filter, its cost and its arguments are those of `filtered_force`. Of a wagon's wheels it is the vertical force
-    of tread and flange. Rules on safety against derailment limit it, each for its own conditions: EN 14363 at rest on
-    twisted track.
+    The filter, its cost and its arguments are those of `filtered_force`. For a wagon's wheels, the force is the
+    vertical force of tread and flange. Rules on safety against derailment limit the unloading, each for its own
+    conditions: EN 14363 for a vehicle at rest on twisted track.
 
     Parameters
     ----------
     cutoff, order, rate
-        As of `filtered_force`.
+        As for `filtered_force`.
     """
     cutoff, order = checked_filter(cutoff, order)
     rate = usual_rate(cutoff) if rate is None else checked_rate(rate, cutoff)

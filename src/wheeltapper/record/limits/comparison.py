@@ -64,17 +64,18 @@ class Compared:
     rule
         The limit, with its document.
     value, allowed
-        Of the limited quantity, in SI units.
+        Value of the limited quantity, and the value that is allowed, in SI units.
     static
         Static force of this wheel or axle, N.
     exceeded
         Whether the limit is violated.
     wheelset, side
-        Which: numbered from the leading wheelset, 1, or 0 for the whole vehicle; "left", "right" or "both".
+        Number of the wheelset (the leading one is 1), or 0 for the whole vehicle; "left", "right" or "both".
     time, position
-        When, s, and where the wheel was then, m; NaN for sizes of faults, static forces and the speed.
+        Time, s, and place of the wheel at this time, m; NaN for sizes of faults, static forces and the speed.
     met
-        Whether the run met all that its scenario describes. If not, a limit that is not exceeded is not kept either.
+        Whether the run met everything that its scenario describes. If not, a limit that is not exceeded does not count
+        as kept.
     """
 
     rule: Rule
@@ -94,7 +95,7 @@ class Compared:
         return self.rule.name
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything, in SI units; None: there is no such value, or, of an exceeded limit, it is infinite."""
+        """Return everything, in SI units; None where there is no value, or where an exceeded limit's is infinite."""
         rule = self.rule
         return {
             "limit": rule.name, "level": rule.level, "quantity": rule.quantity, "per": rule.per,
@@ -108,7 +109,7 @@ class Compared:
 
     @property
     def verdict(self) -> str:
-        """Whether the limit is exceeded: "yes", "no", or "not met" where the run does not tell."""
+        """Whether the limit is exceeded: "yes", "no", or "not met" if the run cannot show it."""
         return "yes" if self.exceeded else "no" if self.met else "not met"
 
     def _cells(self) -> tuple[str, ...]:
@@ -122,7 +123,7 @@ class Compared:
 
 @dataclass(frozen=True)
 class LimitCheck(Sequence[Compared], Shown):
-    """What was compared with limits: rows, one for each limit; it prints as a table.
+    """The result of a comparison with limits: a sequence of rows, one for each limit; it prints as a table.
 
     Attributes
     ----------
@@ -145,7 +146,7 @@ class LimitCheck(Sequence[Compared], Shown):
 
     @property
     def unmet(self) -> tuple[Compared, ...]:
-        """The rows whose limits are not exceeded, by a run that has not met all that its scenario describes."""
+        """The rows whose limits are not exceeded, if the run has not met everything that its scenario describes."""
         return tuple(row for row in self.rows if not (row.exceeded or row.met))
 
     def __len__(self) -> int:
@@ -193,27 +194,27 @@ def check(
 ) -> LimitCheck:
     """Compare a run with dated limits: forces of wheels, static forces, ratios, Y/Q, sizes of flats, speed.
 
-    Each limit is compared where the record knows its quantity: lateral forces of wagons only, flats where the scenario
-    has one. A figure is a copy of a document that changes, and some are remembered, not read: "verify current edition".
-    Standards that take percentiles over many sections of track meet the largest value here.
+    A limit is compared if the record has its quantity: lateral forces only for wagons, flats only if the scenario has
+    one. Every figure is a copy from a document that changes, and some are quoted from memory: "verify current edition".
+    Where a standard takes percentiles over many sections of track, the largest value is compared here.
 
     Parameters
     ----------
     record
-        Of any vehicle on any track. Forces of a wheelset are shared equally by its wheels.
+        Record of any vehicle on any track. Forces of a wheelset are shared equally by its wheels.
     rules
         `Rule` objects, or the path of a TOML file with them; by default those of the package.
     countries
         Take only the rules that name one of these, such as ("SE", "EU").
     rate
-        Samples per second where forces are filtered, Hz; None: 100 for each period of the cut-off, at least 20 kHz.
+        Samples per second of filtered forces, Hz; None: 100 per period of the cut-off, but at least 20 kHz.
 
     Returns
     -------
     LimitCheck
-        One row per limit: value, what is allowed, whether it is exceeded, where and when; the rules left out, and why.
-        Where the run never meets an irregularity, an anomaly or a deck, no force shows that a limit is kept: it is
-        "not met".
+        One row per limit: the value, the allowed value, whether the limit is exceeded, where and when. Also the rules
+        that are left out, with the reasons. If the run never meets an irregularity, an anomaly or a deck of its
+        scenario, its forces do not show that a limit is kept: a limit that is not exceeded is then "not met".
 
     Raises
     ------

@@ -72,16 +72,16 @@ USUAL_MEASURES = {
 
 @dataclass(frozen=True)
 class Rule(Shown):
-    """One figure of one document; quantities may be texts with a unit, as "350 kN".
+    """One limit from one document; quantities may be texts with a unit, as "350 kN".
 
     Attributes
     ----------
     name, body, country
         Name of the rule here, the body that states it, and the countries in which it is in use.
     quantity
-        A key of `QUANTITIES`.
+        What is limited, such as "peak_force": a key of `QUANTITIES`.
     limit
-        N, m, m/s or a plain number.
+        The limit, N, m, m/s or a plain number.
     level
         "warning", "maintain" or "stop".
     edition, date
@@ -91,7 +91,7 @@ class Rule(Shown):
     basis
         Source of the figure here, and how certain it is.
     per
-        Whose quantity is limited: "wheel" or "axle"; of static forces "vehicle", too. By default the first of `PER`.
+        To what the quantity belongs: "wheel" or "axle"; static forces also to "vehicle". By default the first of `PER`.
     when
         "exceeded" or "reached": whether the limit itself already counts.
     diameter_above, diameter_up_to
@@ -99,12 +99,12 @@ class Rule(Shown):
     speed_above, speed_up_to
         Speeds at which it applies, m/s.
     low_pass
-        Frequency at which the forces are low-passed, Hz: to this band of the force the limit belongs. Infinite: to the
-        force at all frequencies.
+        Cut-off of the low-pass, Hz: the limit applies to the forces below this frequency. Infinite: it applies to the
+        forces at all frequencies.
     sliding_mean
-        Length of the way over which they are then averaged, m; 0: not at all.
+        Distance over which the forces are then averaged, m; 0: no mean.
     plus_static, at_most
-        What is allowed grows with the static force, limit + plus_static·static, up to `at_most`.
+        The allowed value grows with the static force: limit + plus_static·static, up to `at_most`.
     applies
         Other conditions, in words.
     verify
@@ -161,12 +161,12 @@ class Rule(Shown):
 
     @property
     def is_of_forces(self) -> bool:
-        """Whether it limits forces that change along the way, or their ratios."""
+        """Whether the rule limits forces that change along the way, or their ratios."""
         return self.quantity not in (*OF_FAULTS, *OF_LOADS, "speed")
 
     @property
     def asks(self) -> str:
-        """What is limited, in words: the part and the band of whose force, or what else."""
+        """What is limited, in words: the quantity, to what it belongs, its frequency band and its mean."""
         text = f"{self.quantity.replace('_', ' ')} per {self.per}"
         text += f" below {self.low_pass:g} Hz" if isfinite(self.low_pass) else ""
         return text + (f", mean over {self.sliding_mean:g} m" if self.sliding_mean else "")
@@ -180,7 +180,7 @@ class Rule(Shown):
         return self.value_text(self.limit)
 
     def value_text(self, value: float) -> str:
-        """Return a value of the limited quantity as text, with its unit; of peaks whose, and in kips, too."""
+        """Return a value of the limited quantity as text, with its unit; a peak force also in kips, and per what."""
         if self.quantity == "peak_force":
             return f"{value / 1e3:.4g} kN ({value / to_si('1 kip', 'force'):.4g} kips) per {self.per}"
         return self.text_of(value)
@@ -192,12 +192,12 @@ class Rule(Shown):
 
     @property
     def is_of_bare_forces(self) -> bool:
-        """Whether it limits vertical forces as they are, neither filtered nor averaged."""
+        """Whether the rule limits vertical forces as they are, neither filtered nor averaged."""
         vertical = self.is_of_forces and self.quantity not in LATERAL
         return vertical and not isfinite(self.low_pass) and not self.sliding_mean
 
     def allowed(self, static: float) -> float:
-        """Return what is allowed of a wheel or axle with this static force (N), in SI units."""
+        """Return the allowed value for a wheel or axle with this static force (N), in SI units."""
         return min(self.limit + self.plus_static * static, self.at_most) if self.plus_static else self.limit
 
     def misfit(self, diameter: float, speed: float) -> str:
@@ -210,16 +210,16 @@ class Rule(Shown):
 
     @property
     def countries(self) -> frozenset[str]:
-        """Names of the countries in which it is in use."""
+        """Names of the countries in which the rule is in use."""
         return frozenset(part.strip() for part in self.country.split(",") if part.strip())
 
     def raised_by(self, value: float, static: float = 0.0) -> bool:
-        """Return whether a value raises the alarm, of a wheel or axle with this static force (N); NaN does not."""
+        """Return whether a value of a wheel or axle with this static force (N) raises the alarm; NaN does not."""
         value, allowed = to_si(value, QUANTITIES[self.quantity], "value"), self.allowed(static)
         return value >= allowed if self.when == "reached" else value > allowed
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it for JSON; in SI units."""
+        """Return the rule for JSON, in SI units."""
         return {
             field.name: value for field in fields(self) if not isinstance(value := getattr(self, field.name), float)
             or isfinite(value)

@@ -53,9 +53,9 @@ def read_recording(
 ) -> Recording:
     """Read a recording.
 
-    Text (.csv, .txt, .tsv, also with .gz), WAV, MATLAB (.mat, any version), numpy (.npy, .npz), netCDF (.nc), TDMS
-    (with the package nptdms) and MDF (.mf4, .mdf with asammdf). Arguments are needed only for what the file does not
-    state. An argument that contradicts the file is an error.
+    The file may be text (.csv, .txt, .tsv, also with .gz), WAV, MATLAB (.mat, any version), numpy (.npy, .npz), netCDF
+    (.nc), TDMS (with the package nptdms) or MDF (.mf4, .mdf with asammdf). Arguments are needed only for what the file
+    does not state. An argument that contradicts the file is an error.
 
     Parameters
     ----------
@@ -63,19 +63,19 @@ def read_recording(
         The file; its suffix states the format.
     quantity
         "deck acceleration", "force", "displacement", "strain" or "vertical acceleration". The first two follow from the
-        unit: for them it is needed only to choose among columns. The others are read only where they are asked for.
+        unit: for them this argument only chooses among columns. The others are read only if they are named here.
     unit
-        What a 1 in the file is, if the file does not state it: "g", "kN", "10 g"; negative for a sensor that is upside
-        down. Or the sensor's sensitivity, for files in V, mV, mV/V or um/m: "100 mV/g", "250 kN/V". A WAV file of
-        integers needs its full scale, such as "10 g".
+        What the number 1 in the file means, if the file does not state it: "g", "kN", "10 g"; negative for a sensor
+        that is upside down. Or the sensor's sensitivity, for files in V, mV, mV/V or um/m: "100 mV/g", "250 kN/V". A
+        WAV file of integers needs its full scale, such as "10 g".
     rate
         Samples per second, Hz or as "20 kHz", if the file has neither rate nor times.
     column, time
         Column (channel, variable) of the samples and of the times, if there are several: by name, by its header in the
         file, or by number from 0. Times without a unit are in s.
     speed
-        Measured speed of the passage, m/s or as "80 km/h"; it replaces that in the file: a line "# speed: 80 km/h", or
-        a column "speed [km/h]", of which the median is taken.
+        Measured speed of the passage, m/s or as "80 km/h". It replaces the speed in the file, which is a line
+        "# speed: 80 km/h", or a column "speed [km/h]", of which the median is taken.
     largest
         Largest size of the unpacked file, bytes; a larger one is refused before it is read.
     apart
@@ -85,15 +85,16 @@ def read_recording(
     Returns
     -------
     Recording
-        In SI units. Missing samples, also those in gaps of the times, are NaN. Clipped samples are marked: all at the
-        largest or smallest value, if it occurs three times or more in a row. `notes` state what was found.
+        In SI units. Missing samples, also those in gaps of the times, are NaN. Clipped samples are marked: all samples
+        at the largest or smallest value, if this value occurs three times or more in a row. `notes` state what was
+        found.
 
     Raises
     ------
     InputError
         The file is missing, empty, broken or of another format; has no unit, no rate, fewer than 16 samples; has
-        several columns that may be meant; doubled or falling times, jitter above 1 %, gaps of broken steps; or an
-        argument contradicts it (rates by more than 0.1 %).
+        several columns that may be meant; doubled or falling times, jitter above 1 %, gaps that are no whole number of
+        steps; or an argument contradicts it (rates by more than 0.1 %).
     """
     path = as_path(path, "path", "the path of a recording")
     try:
