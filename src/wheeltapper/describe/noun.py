@@ -131,7 +131,7 @@ class Noun(BaseModel, Shown, metaclass=NounMeta):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """What this asks of a march, beyond what every march knows."""
+        """What the march has to handle for this, beyond what every march can do."""
         return NOTHING
 
     def _with_data(self) -> Self:

@@ -51,14 +51,14 @@ AnyIrregularity = Annotated[Any, OneOf(Irregularity)]
 
 
 class Start(Noun):
-    """Position and velocity of the wheel at time zero; of a vehicle on several wheelsets, of each of them.
+    """Position and velocity of the wheel at time zero; on a vehicle with several wheelsets, of each wheelset.
 
     Everything else, such as a bogie's frame, a deck and the track, starts from the static state.
 
     Parameters
     ----------
     displacement
-        Displacement of its centre, upwards from the height of first touch, m.
+        Displacement of the wheel's centre, upwards from the height of first touch, m.
     velocity
         Velocity, upwards, m/s.
     """
@@ -68,7 +68,7 @@ class Start(Noun):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """A start of its own."""
+        """What the march has to handle: a start of its own."""
         return frozenset({START})
 
 
@@ -90,18 +90,18 @@ class Scenario(Noun):
     Parameters
     ----------
     vehicle
-        A `Wheelset`, or one of several wheelsets: x is then the position of the leading one.
+        A `Wheelset`, or a vehicle with several wheelsets; x is then the position of the leading one.
     track
         `StiffTrack`, `FloatingDeck`, or rails on sleepers of `wheeltapper.tracks`.
     contact
-        `Hertz`, `Linear`, or a law of `wheeltapper.contact`: one that yields, or one of your own.
+        `Hertz`, `Linear`, or another law of `wheeltapper.contact`: one that yields, or one of your own.
     creep
-        None: no tangential force (the core models have none); on a wagon a law of `wheeltapper.creep`.
+        On a wagon, a law of `wheeltapper.creep`. None: no tangential force (the core models have none).
     profiles
         On a wagon: `WheelRail` or `Cones` of `wheeltapper.profiles`.
     irregularity
-        None, one, or several, which are summed. Under several wheelsets also a table over "both", "wheelset 4" and the
-        like, on a wagon over "left", "right", "wheelset 4 right" and the like; without it, all wheels meet all.
+        None, one, or several, which are summed; all wheels meet all of them. Or a table of them by place: under several
+        wheelsets "both", "wheelset 4" and the like, on a wagon "left", "right", "wheelset 4 right" and the like.
     rolling
         "circle": the wheel rolls as a circle (the paper, equation 2.2); "point": its centre follows the irregularity.
     speed
@@ -173,7 +173,7 @@ class Scenario(Noun):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """What a march has to know for this scenario: what its parts ask for, and what they ask for together."""
+        """What the march has to handle: what each part of the scenario needs, and what they need together."""
         parts = (self.vehicle, self.track, self.contact, self.creep, self.irregularity, self.start)
         found = NOTHING.union(*(getattr(part, "needs", NOTHING) for part in (*parts, *self.irregularities)))
         usual = type(self).model_fields["profiles"].default
@@ -214,7 +214,7 @@ class Scenario(Noun):
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Scenario:
-        """Read a scenario; files that it names are taken relative to it."""
+        """Read a scenario from a TOML file; paths in it are relative to the folder of this file."""
         path = as_path(path, "path", "the path of a TOML file with a scenario")
         data = toml_table(path, "a scenario")
         if not data:
@@ -223,7 +223,7 @@ class Scenario(Noun):
 
     @classmethod
     def of(cls, data: dict[str, Any], source: str = "") -> Scenario:
-        """Return the scenario that a table describes; errors name `source`."""
+        """Return the scenario that a table (a dict) describes; errors name `source`."""
         try:
             return cls.model_validate(data)
         except InputError as error:

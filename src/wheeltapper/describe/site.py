@@ -74,7 +74,7 @@ def _kind_elsewhere(sensor: Any) -> str | None:
 
 
 class Site(Noun):
-    """A floating deck in the track that weighs wheelsets as they bounce; or a track with sensors, or both.
+    """A floating deck in the track that weighs wheelsets as they bounce, or a track with sensors, or both.
 
     Parameters
     ----------
@@ -84,27 +84,27 @@ class Site(Noun):
     sensor
         Sensor on the deck.
     sensors
-        Sensors along the track, each with the name of its column. In a file every sensor is a `[[sensor]]`, and a
-        single `[sensor]` is that on the deck.
+        Sensors along the track, each with the name of its column. In a file every sensor is a table `[[sensor]]`; a
+        single `[sensor]` is the one on the deck.
     spacing
-        Distance of the seats, m.
+        Distance between seats, m.
     radius
-        Radius of the wheels, m, if it is known: that of the passage by default. Strikes then repeat with its
+        Radius of the wheels, m, if it is known; by default that of the passage. Strikes then repeat with the wheel's
         circumference.
     track
-        The track below the sensors, whose seats lie where it says in the site's x: a model of a wheel on it then
-        explains what gauges record. With it, `radius` and `unsprung_mass` are needed.
+        The track below the sensors; its fields say where its seats lie in the site's x. A model of a wheel on this
+        track then explains what gauges record. This needs `radius` and `unsprung_mass`.
     unsprung_mass
-        Mass of one wheel and what moves with it, half a wheelset's, kg.
+        Mass of one wheel and what moves with it (half a wheelset), kg.
     static_force
-        Of one wheel on level rail, N: what the acceleration of an axle box does not show. With it, and with a `track`,
-        a site needs no sensors.
+        Static force of one wheel on level rail, N, which the acceleration of an axle box does not show. With it, and
+        with a `track`, a site needs no sensors.
     contact
-        Of one wheel on the rail, a constant as `constant_per_wheel`; None: that of the radius and usual steel.
+        Contact of one wheel, with a constant as `constant_per_wheel`; None: that of the radius and usual steel.
     uncertainty
-        By path ("contact.constant", "irregularity.0.height", "speed", "track.mass"), the relative standard deviation of
-        the stated value, which is normally distributed. Fields that are not named are known exactly, except those that
-        a diagnosis estimates. Paths are those of the passage; with a `track` those of the site ("track.pad_stiffness",
+        Relative standard deviation of stated values, by path ("contact.constant", "irregularity.0.height", "speed",
+        "track.mass"). They are normally distributed. Fields that are not named are known exactly, except those that a
+        diagnosis estimates. Paths are those of the passage; with a `track` those of the site ("track.pad_stiffness",
         "unsprung_mass", "radius", "static_force", "contact.constant_per_wheel").
     misfit
         Rms of the part of healthy recordings that the model of one wheelset leaves unexplained, over the rms of these
@@ -242,7 +242,7 @@ class Site(Noun):
 
     @property
     def wheel_radius(self) -> float | None:
-        """The stated radius of the wheels, m: its own, or that of the passage; or None."""
+        """The radius of the wheels, m, as the site or else its passage states it; None if neither does."""
         own = self.radius if self.radius is not None or self.passage is None else self.passage.vehicle.radius
         return None if own is None else float(own)
 
@@ -256,19 +256,19 @@ class Site(Noun):
         return Site.model_validate(changed_values(self, changes))
 
     def to_toml(self, path: str | Path) -> None:
-        """Write the site as TOML, which `from_toml` and the commands read back as it is."""
+        """Write the site as TOML, which `from_toml` and the commands read without change."""
         write_toml(self, path)
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Site:
-        """Read a site; files that it names are taken relative to it."""
+        """Read a site from a TOML file; paths in it are relative to the folder of this file."""
         path = as_path(path, "path", "the path of a TOML file with a site")
         data = toml_table(path, "a site")
         return cls.of(relative_paths(data, path.parent), str(path))
 
     @classmethod
     def of(cls, data: dict[str, Any], source: str = "") -> Site:
-        """Return the site that a table describes; errors name `source`."""
+        """Return the site that a table (a dict) describes; errors name `source`."""
         try:
             return cls.model_validate(data)
         except InputError as error:

@@ -37,17 +37,17 @@ class Alarm(NamedTuple):
     Attributes
     ----------
     axle
-        Number of the axle, from 1; of a vehicle its first one, of a train the one with the largest value.
+        Number of the axle, from 1; for a vehicle its first one, for a train the one with the largest value.
     rule, value
-        The rule, and what it limits, in SI units.
+        The rule, and the value that it limits, in SI units.
     forces_from
         "model" or "recording".
     side
-        Of the wheel, if it is known.
+        Side of the wheel, if it is known.
     vehicle
         Number of the vehicle, from 1, if the rule is one for vehicles; otherwise 0.
     band
-        Of the recording's force that was compared, if it is another than that of the rule: below so many Hz.
+        Frequency, Hz, below which the recorded force was compared, if it is not that of the rule.
     """
 
     axle: int
@@ -60,7 +60,7 @@ class Alarm(NamedTuple):
 
     @property
     def of_wheels(self) -> bool:
-        """Whether it is one of a wheel or an axle, and not of a vehicle or a train."""
+        """Whether it is an alarm of a wheel or an axle, and not of a vehicle or a train."""
         return self.rule.per in ("wheel", "axle")
 
     @property
@@ -70,7 +70,7 @@ class Alarm(NamedTuple):
 
     @property
     def value_text(self) -> str:
-        """The value in words; below which frequency, if that is not the rule's."""
+        """The value as text, with the frequency below which it was compared if that is not the rule's."""
         text = self.rule.value_text(self.value)
         return f"at least {text}, below {self.band:g} Hz" if isfinite(self.band) else text
 
@@ -118,7 +118,7 @@ class Untested(NamedTuple):
 
     @property
     def word(self) -> str:
-        """What is said of it."""
+        """What is said about it: "not measured" or "not compared"."""
         return "not measured" if self.fits else "not compared"
 
     def to_dict(self) -> dict[str, Any]:

@@ -20,23 +20,23 @@ CHANCE = 0.01
 
 
 class Learned(NamedTuple):
-    """A value of a site after its traffic.
+    """A value of a site, before and after it was estimated from the traffic.
 
     Attributes
     ----------
     path
-        In the site.
+        Path of the value in the site.
     stated, value
-        Before and after, in the unit.
+        The stated and the new value, in the unit.
     before, after
-        Standard deviations, in the unit.
+        Standard deviations of the stated and of the new value, in the unit.
     alone, alone_deviation
-        What the traffic says without what was stated of this value, and its standard deviation; NaN where it says
+        The value from the traffic alone, without the stated one, and its standard deviation; NaN if the traffic says
         nothing.
     scatter
-        Standard deviation of the value from one such traffic to another.
+        Standard deviation of the value from one traffic of this kind to another.
     unit
-        "N/m", "m" and so on; "dB" of a level of roughness.
+        "N/m", "m" and so on; "dB" for a level of roughness.
     """
 
     path: str
@@ -51,12 +51,12 @@ class Learned(NamedTuple):
 
     @property
     def unknown(self) -> bool:
-        """Whether the traffic says little of it."""
+        """Whether the traffic says little about the value."""
         return self.after > UNKNOWN * self.before
 
     @property
     def apart(self) -> float:
-        """How far the stated value is from what the traffic says alone, in standard deviations of both."""
+        """Distance of the stated value from the value of the traffic alone, in standard deviations of both together."""
         return float(abs(self.alone - self.stated) / np.hypot(self.before, self.alone_deviation))
 
     @property
@@ -79,11 +79,11 @@ class Drift(NamedTuple):
     Attributes
     ----------
     path
-        In the site.
+        Path of the value in the site.
     periods, values, deviations
-        Of each period, and their standard deviations from one such period to another.
+        Names of the periods, the value in each of them, and its standard deviation from one such period to another.
     chance
-        How likely its changes are if it is constant.
+        Probability of such changes if the value is constant.
     """
 
     path: str
@@ -94,7 +94,7 @@ class Drift(NamedTuple):
 
     @property
     def drifts(self) -> bool:
-        """Whether it is not constant."""
+        """Whether the value is not constant."""
         return self.chance < CHANCE
 
     def __str__(self) -> str:
@@ -107,22 +107,22 @@ class Drift(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration:
-    """What the traffic of a site says of it.
+    """What the traffic of a site says about the site.
 
     Attributes
     ----------
     site
-        With the new gains, places, values of the track and their uncertainties; `to_toml` writes it.
+        The site with the new gains, places, values of the track and their uncertainties; `to_toml` writes it.
     stated
         The site as it was.
     learned
         Each value before and after.
     wheels, trains
-        How many healthy wheels and trains there were.
+        Numbers of healthy wheels and of trains.
     notes
         What was left out.
     periods
-        The same of each period of time, if such were asked for.
+        The calibration of each period, by its name, if periods were asked for.
     """
 
     site: Site
@@ -139,17 +139,17 @@ class Calibration:
 
     @property
     def contradictions(self) -> tuple[Learned, ...]:
-        """What the traffic contradicts."""
+        """Stated values that the traffic contradicts."""
         return tuple(one for one in self.learned if one.contradicted)
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """Paths of values of which the traffic says little."""
+        """Paths of values about which the traffic says little."""
         return tuple(one.path for one in self.learned if one.unknown)
 
     @property
     def drift(self) -> tuple[Drift, ...]:
-        """Values over periods."""
+        """Values over the periods."""
         out = []
         for one in self.learned:
             found = [(name, its[one.path]) for name, its in self.periods.items() if _has(its, one.path)]

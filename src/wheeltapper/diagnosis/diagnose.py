@@ -102,8 +102,8 @@ def diagnose(
         Standard deviation of the samples' noise, m/s². By default it is that of the sensor, or it is estimated from the
         recording. The misfit that the site states is added to it.
     speed
-        What the speed gauge read, m/s; its error is the site's uncertainty of the speed. By default that of the
-        recording, and if it has none the site's.
+        Measured speed, m/s; its error is the site's uncertainty of the speed. By default that of the recording, or else
+        that of the site.
     progress
         As for `wheeltapper.simulate`.
 

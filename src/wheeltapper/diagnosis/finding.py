@@ -40,7 +40,7 @@ MOST = 3
 
 @dataclass(frozen=True, eq=False)
 class Finding(Shown):
-    """What one recording shows of a wheelset.
+    """What one recording shows about a wheelset.
 
     Attributes
     ----------
@@ -56,13 +56,13 @@ class Finding(Shown):
     reduced
         χ² per degree of freedom of the best model; near one if it explains the recording.
     size, interval
-        Of the fault and its 90 % interval, in the unit of the catalogue; NaN without one. Where the recording hardly
-        determines the size there is only the interval.
+        Size of the fault and its 90 % interval, in the unit of the catalogue; NaN without a fault. If the recording
+        hardly determines the size, there is only the interval.
     alike
         Other verdicts that this recording does not exclude.
     speed, static_force, largest_force
-        m/s and N, of the wheelset. Where the verdict is "not explained", the forces are reconstructed from the
-        recording, and the speed is the measured or stated one, corrected by when the recording begins.
+        Speed, m/s, and forces, N, of the wheelset. If the verdict is "not explained", the forces are reconstructed from
+        the recording, and the speed is the measured or stated one, corrected by the time at which the recording begins.
     impacts
         Number of impacts after losses of contact; None if the verdict is "not explained".
     notes
@@ -142,7 +142,7 @@ class Finding(Shown):
     def score(self, part: str) -> float:
         """Return the logarithm of the odds of a fault in one part of the wheelset, against health.
 
-        Minus infinity where no fault of that part was compared.
+        It is minus infinity if no fault of that part was compared.
         """
         check_choice(part, "part", dict.fromkeys(fault.part for fault in CATALOGUE.values()))
         faulty = [weight for name, weight in self.weights.items() if name != HEALTHY and CATALOGUE[name].part == part]

@@ -55,11 +55,11 @@ def diagnose_all(
     reading
         Arguments of `read_recording`.
     speeds
-        What the speed gauge read, m/s or as "80 km/h", by the names of the files; or the path of a table of files and
-        speeds. Every recording needs one then.
+        Measured speeds, m/s or as "80 km/h", by the names of the files; or the path of a table of files and speeds. If
+        speeds are given, every recording needs one.
     after
-        Called with each finding and the path of its JSON, in the process that computed it. What it raises ends the
-        work; what was found till then is kept.
+        Function that is called with each finding and the path of its JSON, in the process that computed it. An
+        exception that it raises ends the work; the findings until then are kept.
     raising
         Whether a file that cannot be read, or holds no recording of this site, raises its InputError.
     progress
@@ -68,8 +68,9 @@ def diagnose_all(
     Returns
     -------
     list of dict
-        What each finding's `to_dict` gives, in the order of the files; a file that cannot be read, or is no recording
-        of this site, has the verdict "not read" and says why, one whose diagnosis failed "not diagnosed".
+        What each finding's `to_dict` gives, in the order of the files. A file that cannot be read, or is no recording
+        of this site, has the verdict "not read" with the reason; one whose diagnosis failed has the verdict "not
+        diagnosed".
     """
     if after is not None:
         check_function(after, "after", "a function of a finding and its JSON's path, or None")

@@ -90,7 +90,7 @@ class Performance(Shown):
     false_calls
         Healthy passages that were called faulty.
     faults
-        By name.
+        Results for each fault, by its name.
     ceiling
         Share of a wheel's circumference that rolls over the deck during the recording: the largest possible probability
         of detecting a flat.
@@ -151,19 +151,19 @@ def assess(
     static_forces: Sequence[float | str] | None = None,
     noise: float | str | None = None,
 ) -> Performance | GaugePerformance:
-    """Measure how well a site distinguishes faults: a deck on computed passages, gauges by what they will show.
+    """Measure how well a site distinguishes faults: a deck by computed passages, gauges by predicted readings.
 
-    Of a site with gauges on a `track` the faults are flats. Whether they are found and how well their lengths are known
-    follow from the model by which a diagnosis fits them, at places all around the wheel.
+    At a site with gauges on a `track` the faults are flats. The model that a diagnosis fits predicts whether they are
+    found, and how well their lengths are known, at places all around the wheel.
 
     Parameters
     ----------
     site
         The site, or the path of its TOML file. The true passages are drawn from its uncertainties.
     faults
-        By name, a size, or None for the usual size, or a range from which the size of each passage is drawn. For a
-        range the probability of detection is given as a function of size. Names alone stand for usual sizes. By default
-        some of the faults that the site's wheelsets can have.
+        Sizes by the names of faults: one size, None for the usual size, or a range from which the size of each passage
+        is drawn. A range also gives the probability of detection as a function of size. Names alone stand for usual
+        sizes. By default some of the faults that the site's wheelsets can have.
     count, healthy
         Number of passages of each fault, and of healthy ones (by default the same number).
     seed
@@ -175,21 +175,22 @@ def assess(
     progress
         As for `wheeltapper.simulate`.
     speeds, static_forces, noise
-        Of a site with gauges: of the wheels, m/s and N (20 m/s and 80 kN by default), and the standard deviation of a
-        sample, N (0.5 kN by default). `count` wheels without a flaw are drawn at each speed and load.
+        Only for a site with gauges: speeds and static forces of the wheels, m/s and N (20 m/s and 80 kN by default),
+        and the standard deviation of a sample, N (0.5 kN by default). `count` wheels without a flaw are drawn at each
+        speed and load.
 
     Returns
     -------
     Performance or GaugePerformance
-        The latter of a site with gauges on a track: its chart is a map of what the site sees around a wheel.
+        GaugePerformance for a site with gauges on a track: its chart is a map of what the site sees around a wheel.
 
     Raises
     ------
     InputError
-        If something asked for is wrong.
+        If an argument is wrong.
     ProcessError
-        If the processes of some passages died: without them all numbers would be of the others only. These are
-        computed first, and kept.
+        If the processes of some passages died, since all numbers would then be those of the other passages only. The
+        others are computed first, and kept.
     """
     count, seed = as_count(count, "count", 2), as_count(seed, "seed", 0)
     place, of_gauges = as_any_site(site), {"speeds": speeds, "static_forces": static_forces, "noise": noise}

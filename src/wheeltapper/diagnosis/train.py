@@ -78,15 +78,15 @@ class TrainFinding(Shown):
     findings
         The findings themselves, if they were given.
     notes
-        What was found in the recordings of a train that was measured without a model.
+        Notes on the recordings of a train that was measured without a model.
     vehicles
-        Of such a train: for each vehicle its number, kind, first_axle, last_axle, axles, wheelbases (m), distance of
-        its outer axles (m), load (N), and left_right, front_rear and diagonal: (a - b)/(a + b) of the loads of its
-        sides, its outer bogies, and front left with rear right against the others.
+        Vehicles of such a train. Each has its number, kind, first_axle, last_axle, axles, wheelbases (m), distance of
+        its outer axles (m), load (N), and left_right, front_rear and diagonal: (a - b)/(a + b) for the loads of its
+        sides, of its outer bogies, and of front left with rear right against the others.
     untested
-        The rules that were not measured, or not wholly, and what was.
+        The rules that were not, or not wholly, measured, and what was measured of them.
     wheels
-        Of wheels to which a model was fitted, what it says: by the axle's number from 1, and the side.
+        Findings of the wheels to which a model was fitted, by the axle's number from 1 and the side.
     """
 
     axles: tuple[dict[str, Any], ...]
@@ -113,11 +113,11 @@ class TrainFinding(Shown):
         Keys: axle, speed_kmh, static_kn, peak_kn, peak_kips, dynamic_ratio (peak over static), dynamic_increment
         ((peak - static) over static), level_kn (peak on level track), forces_from ("model" or "recording"), verdict,
         probability, size (as text), alarms (names of the rules). Forces are those of the wheelset, in kN and in kips.
-        In a row of a wheel they are the wheel's, and there are vehicle, side, axle_kn (static force of the axle),
-        left_right ((left - right) over their sum), strikes (their number), strike_kn (the force of the hardest, below
-        2 kHz, while peak_kn is below 500 Hz), repeats_after (m, if it is a wheel's circumference);
-        with sensors at seats relative_load (over the train's median wheel); with a model of a deck, or of wheels on
-        the track, model (its verdict); with the latter model_kn (largest force of the wheel, wherever it was).
+        In a row of a wheel they are the wheel's, and there are more keys: vehicle, side, axle_kn (static force of the
+        axle), left_right ((left - right) over their sum), strikes (their number), strike_kn (the force of the hardest,
+        below 2 kHz, while peak_kn is below 500 Hz), repeats_after (m, if it is a wheel's circumference); with sensors
+        at seats relative_load (over the train's median wheel); with a model of a deck, or of wheels on the track, model
+        (its verdict); with the latter model_kn (largest force of the wheel, wherever it was).
         """
         rows = []
         for number, entry in enumerate(self.axles, 1):
@@ -414,9 +414,11 @@ def diagnose_train(
     recordings
         One recording of each wheelset, or the path of its file, beginning with the leading one.
     site
-        Where they were made, or the path of its TOML file.
+        Site of the recordings, or the path of its TOML file.
     rules, countries, name, date
-        As for `train_of`.
+        Alarm rules, or a file of them, by default those of the package; take only rules that name one of these
+        countries, such as ("SE", "EU"). Name of the train, and date of its passage; both are only repeated in the
+        result.
     faults, noise
         As for `diagnose`.
     workers

@@ -105,7 +105,7 @@ def sweep(
     resume: bool = False,
     threads: int | None = None,
 ) -> int:
-    """Compute a study into a store that opens in plain xarray.
+    """Compute a study, and write it into a store that opens in plain xarray.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def sweep(
     output
         The store (.zarr).
     workers
-        Number of processes of this machine that compute.
+        Number of processes on this machine that compute.
     scheduler
         Compute on the Dask cluster at this address.
     resume
@@ -245,8 +245,8 @@ def paper(
     which
         all (the default), a figure (fig2, deck, missed …) or a claim (C08).
     output
-        Write the table of measures (claims.csv) and the figures into this folder; it is created if it does not exist.
-        A later call goes on with what is there.
+        Write the table of measures (claims.csv) and the figures into this folder; it is created if it does not exist. A
+        later call continues with what is there.
     page
         Write a page of documentation with each claim, its verdict and its numbers.
     """
@@ -288,7 +288,7 @@ def schema(of: Literal["scenario", "site"] = "scenario") -> int:
 
 @app.command
 def completion(shell: Literal["bash", "zsh", "fish"]) -> int:
-    """Print the script by which a shell completes commands, options and files.
+    """Print the script with which a shell completes commands, options and files.
 
     Parameters
     ----------

@@ -17,14 +17,14 @@ Switch = Annotated[bool, Parameter(negative="")]
 
 
 def cache(*, empty: Switch = False, fill: Switch = False, workers: int | None = None) -> int:
-    """Show where compiled kernels are kept, and how much that is; compile all, or remove them.
+    """Show where compiled kernels are kept and how large they are; compile all, or remove them.
 
     Parameters
     ----------
     empty
-        Remove all of them, those of other versions too. What is needed is compiled again.
+        Remove all kernels, also those of other versions. What is needed later is compiled again.
     fill
-        Compile what the commands and the questions of this package need, so that nobody waits for it later.
+        Compile now whatever the commands and analyses of this package need, so that nobody waits for it later.
     workers
         Number of processes that compile; by default one for each processor, at most 4.
     """

@@ -38,7 +38,7 @@ def calibrate(
     places
         Standard deviation of the stated places of gauges.
     period
-        Tell values of each year, quarter or month, too, and which drift.
+        Also print the values of each year, quarter or month, and which of them drift.
     values
         Write all numbers here (.json).
     """

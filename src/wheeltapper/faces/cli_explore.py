@@ -20,13 +20,13 @@ def explore(
 ) -> int:
     """Open a page that shows what a scenario does while its fields are changed; Ctrl-C ends it.
 
-    It is served on this machine alone and needs the extra explore. Files that scenes on the page name must be in the
-    present folder.
+    The page is served on this machine only and needs the extra explore. Files that a scenario on the page names must be
+    in the current folder.
 
     Parameters
     ----------
     file
-        A scenario in TOML; without it, the browser's last scene or a wheelset over a bump.
+        A scenario in TOML; without it, the browser's last scenario or a wheelset over a bump.
     port
         Port of the server; by default a free one.
     browser

@@ -24,8 +24,8 @@ def limits(
 ) -> int:
     """Compare a run with dated limits: forces of wheels, Y/Q, flats.
 
-    Exit code 1: a limit is exceeded; 3: none is, but the run never meets something that the scenario describes, or none
-    can be compared with it.
+    Exit code 1: a limit is exceeded; 3: no limit is exceeded, but the run never meets a part of the scenario, or no
+    limit can be compared.
 
     Parameters
     ----------
@@ -34,11 +34,11 @@ def limits(
     rules
         Limits in TOML instead of those of the package.
     countries
-        Take only limits of these countries, as SE EU.
+        Take only limits of these countries, such as SE EU.
     plot
         Write a picture here (.png, .pdf, .svg).
     method
-        default or strict, of a scenario's simulation; a record has its own.
+        default or strict, for the simulation of a scenario; a record has its own.
     as_json
         Print one JSON object instead of a table; warnings go to stderr.
     """

@@ -29,11 +29,11 @@ def orbits(
     file
         A scenario in TOML. Its motion from rest settles on the orbit that is followed.
     over
-        The field and its range, as speed=1:60.
+        The field and its range, such as speed=1:60.
     output
         Keep the branch here (.nc; opens in plain xarray).
     resume
-        Go on with a file that exists.
+        Continue a file that exists.
     waves
         Number of the irregularity's periods after which the motion repeats.
     plot

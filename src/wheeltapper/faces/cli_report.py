@@ -31,11 +31,11 @@ def report(
 ) -> int:
     """Report the trains in recordings of a track's sensors: a page for each, an index, CSV, JSON, and a database.
 
-    The same command goes on where it was stopped: a recording is answered once, and again only if its file, the site or
-    the rules have changed. What cannot be read is a row of the index that says why.
+    The same command continues where it was stopped: a recording is evaluated once, and again only if its file, the site
+    or the rules have changed. A file that cannot be read has a row in the index that says why.
 
     Exit code 3: the command was stopped, or failed on some recordings ("not measured"); the rest is done. A recording
-    that cannot be read ("not read") is answered: it does not count.
+    that cannot be read ("not read") does not count as such a failure.
 
     Parameters
     ----------
@@ -46,24 +46,24 @@ def report(
     output
         Folder for the pages; it is created if it does not exist.
     watch
-        Go on for ever: take new recordings as they come, once they have stopped growing.
+        Run for ever: take new recordings as they come, once they have stopped growing.
     database
         The database of the findings; by default findings.db among the pages.
     identities
-        Table with columns "file" and "identity", and perhaps "vehicle" and "turned": who passed. Without it, "id=4711"
-        in the name of a file names the train.
+        Table of who passed, with columns "file" and "identity", and perhaps "vehicle" and "turned". Without it,
+        "id=4711" in the name of a file names the train.
     rules
         Alarm rules in TOML instead of those of the package.
     countries
         Compare only rules that name one of these, such as SE EU.
     distances
-        Distances of neighbouring axles of a vehicle that is in each train, such as "1.8 m" "7.2 m" "1.8 m": where all
-        sensors are at one place, the speed follows from them.
+        Distances of neighbouring axles of a vehicle that is in each train, such as "1.8 m" "7.2 m" "1.8 m": the speed
+        follows from them if all sensors are at one place.
     diagnosed
-        Axles that are diagnosed with the site's deck, too, where its acceleration is recorded, or wheels to which a
-        model is fitted, where the site states its track: none, suspicious, all.
+        Also diagnose with a model none, suspicious or all: axles, if the acceleration of the site's deck is recorded,
+        or wheels, if the site states its track.
     every
-        Time between two looks at the folder.
+        With --watch: time between two looks at the folder.
     workers
         Processes; by default one per core.
     """

@@ -252,7 +252,7 @@ def assess(
     static_forces: Annotated[tuple[str, ...] | None, SEVERAL] = None,
     noise: str | None = None,
 ) -> int:
-    """Measure how well a site distinguishes faults, on computed passages; of gauges on a track, by what they will show.
+    """Measure how well a site distinguishes faults: a deck by computed passages, gauges by predicted readings.
 
     Parameters
     ----------
@@ -274,7 +274,7 @@ def assess(
     workers
         Processes; by default one per core.
     speeds, static_forces
-        Of wheels, for a site with gauges on a track: "20 m/s" "80 kN".
+        Speeds and static forces of wheels, for a site with gauges on a track: "20 m/s" "80 kN".
     noise
         Standard deviation of a sample, for such a site: "0.5 kN".
     """
@@ -367,15 +367,15 @@ class OnRail:
     total_length
         Limit from the first feature's start to the last one's end, m; by default 2 m.
     cribs
-        Of gauges: so many bays may have a pair, from the first pair's on; by default 12.
+        Of gauges: number of bays that may have a pair, from the first pair's on; by default 12.
     flats
         Of gauges: flats with a length, m; by default "wheel flat=0.03".
     static_force
-        Of gauges: that of a wheel, by default "80 kN".
+        Of gauges: static force of a wheel, by default "80 kN".
     noise
         Of gauges: standard deviation of a sample, by default "0.5 kN".
     front
-        Of gauges: other numbers of pairs that are designed, too.
+        Of gauges: other numbers of pairs for which places are found, too.
     rates
         Of gauges: other sample rates at which the pairs found are judged: "2 kHz" "10 kHz".
     """
@@ -404,7 +404,7 @@ def design(
     budget: int | None = None,
     seed: int | None = None,
 ) -> int:
-    """Find the irregularity over a deck that gives most information, under limits; or the best places of gauges.
+    """Find the irregularity over a deck that gives most information within limits, or the best places of gauges.
 
     Parameters
     ----------
@@ -413,15 +413,15 @@ def design(
     output
         Write the site with the designed irregularity, or with the pairs of gauges, here (.toml).
     plot
-        Write a picture here (.png, .pdf, .svg): what was designed, and from what it was chosen.
+        Write a picture here (.png, .pdf, .svg): the design, and from what it was chosen.
     parameters
         Fields in question, over a deck; by default "vehicle.mass" and "vehicle.damping".
     speeds
-        Speeds of the passages, m/s; by default 6, 9 and 12 over a deck, 20 before gauges.
+        Speeds of the passages, m/s; by default 6, 9 and 12 over a deck, 20 with gauges.
     rail
         What may be on the rail.
     criterion
-        Over a deck: determinant of the marginal information, or worst interval of a parameter. Before gauges: root mean
+        Over a deck: determinant of the marginal information, or worst interval of a parameter. With gauges: root mean
         square, or 90 % quantile, of the standard deviations of the length. By default the first one of each.
     budget
         Approximate number of rails that are judged, over a deck; by default 2000.

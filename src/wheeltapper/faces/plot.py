@@ -43,24 +43,24 @@ def plot(
     wheels: Wheels = "one",
     interactive: bool = False,
 ) -> Any:
-    """Draw a noun, a result, or several of a kind over one another.
+    """Draw a scenario or a part of it, a result, or several of a kind over one another.
 
     A record: path and wheel, normal force with losses shaded and impacts marked, and the deck if there is one. The
     record of a wagon: normal forces of all wheels, and the acceleration of the car body. A chart of two varied fields:
     level curves of each feature, with arrows of the gradient and its specificity if there are gradients; cells without
     a value or a reliable gradient are hatched. A chart of one field: lines; of samples: clouds; of a gradient: its
     elasticities. A wagon: side view, end view and plan, with its elements by name. Its modes: their roots, and the
-    shapes of those that last longest. A scenario: what stands where before it runs. A law: its force.
+    shapes of those that decay most slowly. A scenario: where everything stands before the run. A law: its force.
 
     Parameters
     ----------
     what
-        What the functions of this package return, unless it is a plain number: records and their tables, histories,
-        guidance and comfort; charts, borders, modes, marks and wear; findings, forces, recordings, trains and sites;
-        orbits and tracks and what is asked of them. Or a noun: a scenario or a part of it. Lists of several records,
-        recordings, laws of contact or creep, modes at rising speeds, or borders from `orbits.trace` are drawn together.
+        A result of this package that is not a plain number: records and their tables, histories, guidance and comfort;
+        charts, borders, modes, marks and wear; findings, forces, recordings, trains and sites; orbits and tracks, and
+        what is computed of them. Or a scenario or a part of it. Lists of several records, recordings, laws of contact
+        or creep, modes at rising speeds, or borders from `orbits.trace` are drawn together.
     path
-        Path of the picture; None: it is only returned. Of an interactive one, a .html.
+        Path of the picture, a .html if it is interactive; None: it is only returned.
     features
         Features of a chart that are drawn; by default all.
     border
@@ -72,17 +72,17 @@ def plot(
         Of a chart's feature that each wheel has: "one" draws the map of the wheel in which it is largest, "all" one
         map for each. For another wheel draw ``chart.sel(wheelset=2, side="left")``.
     interactive
-        Whether the same picture is returned as one of plotly, to zoom into and to read values from.
+        Whether the same picture is returned as a figure of plotly, in which one can zoom and read values.
 
     Returns
     -------
     matplotlib.figure.Figure or plotly.graph_objects.Figure
-        The figure. That of matplotlib is not registered with pyplot: show it in a notebook, or save it.
+        The figure. A figure of matplotlib is not registered with pyplot: show it in a notebook, or save it.
 
     Raises
     ------
     InputError
-        If there is no picture of it, an argument does not belong to it, or plotly is asked for and not installed.
+        If there is no picture of `what`, an argument does not apply to it, or plotly is needed and not installed.
     """
     import matplotlib.style
 

@@ -1,4 +1,4 @@
-"""Contact laws, one file each."""
+"""Contact laws: the normal force between wheel and rail."""
 
 from typing import TYPE_CHECKING
 

@@ -22,7 +22,7 @@ class ElasticContact(Contact, abstract=True):
     constant
         C per wheelset, N/m^1.5.
     constant_per_wheel
-        C of one wheel, N/m^1.5; at the same indentation a wheelset's is the sum over its wheels.
+        C of one wheel, N/m^1.5. C of a wheelset is the sum over its wheels, at the same indentation.
     rail_radius
         Transverse radius of the rail's crown, m.
     youngs_modulus
@@ -58,5 +58,5 @@ class ElasticContact(Contact, abstract=True):
 
     @property
     def modulus(self) -> float:
-        """E* = E/(2·(1 - ν²)) of two bodies alike, Pa."""
+        """E* = E/(2·(1 - ν²)) of two bodies of the same material, Pa."""
         return float(self.youngs_modulus / (2.0 * (1.0 - self.poisson**2)))

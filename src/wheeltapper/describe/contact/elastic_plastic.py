@@ -34,21 +34,22 @@ def blended(d: FloatArray, start: float, end: float, before: FloatArray, after: 
 class ElasticPlastic(ElasticContact, abstract=True):
     """An elastic-plastic contact that can only push.
 
-    Rolling over virgin rail, the loading curve holds in both directions, because the wheel always meets new surface
-    (the paper, section 2). At speed 0 every impact meets the same spot, whose largest indentation so far matters.
+    A rolling wheel always meets new surface. The force therefore follows the loading curve in both directions (the
+    paper, section 2). At speed 0 every impact meets the same spot, and the force also depends on the spot's largest
+    indentation so far.
 
     Parameters
     ----------
     yield_force
-        Normal force at which yield begins, N per wheelset. By default, if none of the following is given either, twice
-        the static contact force.
+        Normal force at which yield begins, N per wheelset. By default, without a strength or hardness, twice the
+        static contact force.
     yield_strength
         Y of the softer body, Pa; yield begins where the contact's pressure reaches what the law states.
     hardness
-        H of the softer body, Pa, instead; Y = H/2.8.
+        H of the softer body, Pa, instead of its strength; Y = H/2.8.
     rail_hardness, wheel_hardness
-        H of both bodies, Pa. They determine how the bodies share the marks. The softer one yields, unless one of the
-        three fields before is given.
+        H of both bodies, Pa. They determine how the bodies share the marks. The softer one yields, unless
+        `yield_force`, `yield_strength` or `hardness` is given.
     rail_share
         Share of a permanent indentation in the rail, 0 to 1; the rest is in the wheel. By default one half, or with
         both hardnesses H_wheel/(H_wheel + H_rail).
@@ -89,7 +90,7 @@ class ElasticPlastic(ElasticContact, abstract=True):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """That the contact yields."""
+        """What the march has to handle: a contact that yields."""
         return frozenset({YIELDING})
 
     @property
@@ -116,14 +117,14 @@ class ElasticPlastic(ElasticContact, abstract=True):
         return float(self.yield_strength or (self.softest or 0.0) / PLASTIC_CONSTRAINT)
 
     def yield_indentation(self, constant: float, wheels: int, static_force: float) -> float:
-        """Return δ_Y, m.
+        """Return the indentation δ_Y at first yield, m.
 
         Parameters
         ----------
         constant
             C of the wheelset, N/m^1.5.
         wheels
-            Number of equal contacts. The pressure is that of a sphere with the constant of one of them.
+            Number of equal contacts. The pressure is that of a sphere with the constant of one contact.
         static_force
             N0 of the wheelset, N.
         """
@@ -134,9 +135,9 @@ class ElasticPlastic(ElasticContact, abstract=True):
         return float((0.5 * np.pi * self.pressure() / self.modulus) ** 2 * radius)
 
     def loading(self, indentation: ArrayLike) -> FloatArray:
-        """Return N/N_Y at D ≥ 1."""
+        """Return N/N_Y, the loading force over that at first yield, at the indentations D = δ/δ_Y ≥ 1."""
         raise NotImplementedError
 
     def residual(self, indentation: ArrayLike) -> FloatArray:
-        """Return δ_r/δ_Y after unloading from D ≥ 1."""
+        """Return δ_r/δ_Y, the residual indentation after unloading from D = δ/δ_Y ≥ 1 over that at first yield."""
         raise NotImplementedError

@@ -22,24 +22,24 @@ ARGUMENTS = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
 
 
 class ForceLaw(Contact, abstract=True):
-    """A contact that only pushes, with a stated force: N(δ), or N(δ, δ').
+    """A contact that only pushes, whose force a method gives: N(δ), or N(δ, δ').
 
-    The force is sampled once, and a table marches in its place (docs/theory/track.rst, section 13.9); a note of the
-    record tells how far the two differ. Where the force, or the table, is negative, there is none. A law of this kind
-    is one class with a method ``force``, and goes with every vehicle and track.
+    The force is sampled once, and the run uses a table of it (docs/theory/track.rst, section 13.9); a note of the
+    record says how far the two differ. Where the force, or the table, is negative, there is no force. A law of this
+    kind is a class with a method ``force``. It can be used with every vehicle and track.
 
     Parameters
     ----------
     exponent
-        e, where N grows as δ^e near zero; 1 to 3.
+        Exponent e with which the force grows near zero, as δ^e; 1 to 3.
     largest
-        Largest indentation that the table knows, m. A note of the record tells when a run went beyond it.
+        Largest indentation in the table, m. A note of the record says if a run went beyond it.
     """
 
     takes: ClassVar[str] = (
         "a method from arrays of indentations in m, or of indentations and rates in m/s, to forces in N"
     )
-    """What its force has to be, as users are told."""
+    """What its force has to be, in the words of error messages."""
     exponent: float = Field(default=1.5, ge=1.0, le=3.0)
     largest: PositiveLength = 1e-3
     if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class ForceLaw(Contact, abstract=True):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """A law of one's own, perhaps with hysteresis."""
+        """What the march has to handle: a law of one's own, perhaps with hysteresis."""
         return frozenset({OWN_LAW, HYSTERESIS}) if self.takes_rate else frozenset({OWN_LAW})
 
     @property
@@ -74,7 +74,7 @@ class ForceLaw(Contact, abstract=True):
         return len(needed) > 1
 
     def values(self, delta: FloatArray, rate: FloatArray) -> FloatArray:
-        """Return the forces at some indentations and rates, N; refuse what is no force."""
+        """Return the forces at some indentations and rates, N; refuse results that are not forces."""
         try:
             found = np.asarray(self.force(delta, rate) if self.takes_rate else self.force(delta))
         except InputError:

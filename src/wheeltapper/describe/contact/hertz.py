@@ -23,7 +23,7 @@ class Hertz(ElasticContact):
     curvature
         Whether C follows the local longitudinal curvature; by default a given constant does not, a computed one does.
     restitution, impact_speed
-        Coefficient of restitution (0 < e ≤ 1) of a free impact at this speed, m/s; χ = h(e)/speed exactly.
+        Coefficient of restitution e (0 < e ≤ 1) of a free impact, and its speed, m/s; χ = h(e)/speed exactly.
     hysteresis
         χ itself, s/m.
     """
@@ -49,9 +49,9 @@ class Hertz(ElasticContact):
 
     @property
     def idle(self) -> InputError | None:
-        """The complaint of a given constant that leaves elastic fields without effect.
+        """The error to raise if a given constant leaves elastic fields without effect; None if it does not.
 
-        On a wagon they are never useless, because creep depends on the ellipse of contact.
+        On a wagon these fields always have an effect, because creep depends on the contact ellipse.
         """
         if self.given is None or not self.altered or self.curvature:
             return None
@@ -62,7 +62,7 @@ class Hertz(ElasticContact):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """Hysteresis, where there is any."""
+        """What the march has to handle: hysteresis, where there is any."""
         return frozenset({HYSTERESIS}) if self.hysteresis_factor else NOTHING
 
     @property

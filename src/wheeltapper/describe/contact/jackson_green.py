@@ -16,11 +16,11 @@ HARDNESS = 2.84
 
 
 class JacksonGreen(ElasticPlastic):
-    """Hertz's to D = 1.9, from 2.0 on exp(-D^(5/12)/4)·D^1.5 + (4·2.84/C_S)·(1 - exp(-D^(5/9)/25))·D.
+    """Hertz's law to D = 1.9, from 2.0 on exp(-D^(5/12)/4)·D^1.5 + (4·2.84/C_S)·(1 - exp(-D^(5/9)/25))·D.
 
-    D counts from the first yield inside the body, at the pressure C_S·Y with C_S = 1.295·exp(0.736·ν). The residual is
-    1.02·D·(1 - ((D + 5.9)/6.9)^-0.54). The published force jumps by half a per cent at D = 1.9; here it goes over
-    smoothly from there to 2.0.
+    Yield, D = 1, begins inside the body, at the pressure C_S·Y with C_S = 1.295·exp(0.736·ν). The residual is
+    1.02·D·(1 - ((D + 5.9)/6.9)^-0.54). The published force jumps by half a per cent at D = 1.9; here there is a smooth
+    transition from 1.9 to 2.0.
 
     Source: R. L. Jackson and I. Green, A finite element study of elasto-plastic hemispherical contact against a rigid
     flat, Journal of Tribology 127 (2005); R. L. Jackson, I. Green and D. B. Marghitu (2010) for the residual;

@@ -11,12 +11,12 @@ from wheeltapper.describe.contact.elastic_plastic import PLASTIC_CONSTRAINT, Ela
 
 
 class KogutEtsion(ElasticPlastic):
-    """1.03·D^1.425 from D = 1.1 to 6, 1.40·D^1.263 from 6.3 to 110.
+    """N/N_Y = 1.03·D^1.425 from D = 1.1 to 6, and 1.40·D^1.263 from 6.3 to 110.
 
-    D counts from the pressure (0.454 + 0.41·ν)·H, H the hardness, 2.8·Y. The residual is D·(1 - D^-0.28)·(1 - D^-0.69).
-    The published force jumps by 3 % at D = 1 and by 1.7 % at D = 6; here it goes over smoothly from there to 1.1 and
-    6.3. Just above yield it is stiffer than Hertz's: impacts whose largest force is below some 1.4 N_Y return up to 2 %
-    more energy than they received. Unloading is elastic with the exponent 1.5 (the authors fit 1.5·D^-0.033).
+    Yield, D = 1, begins at the pressure (0.454 + 0.41·ν)·H, H = 2.8·Y. The residual is D·(1 - D^-0.28)·(1 - D^-0.69).
+    The published force jumps by 3 % at D = 1 and by 1.7 % at D = 6; here there are smooth transitions, to 1.1 and 6.3.
+    Just above yield it is stiffer than Hertz's: impacts whose largest force is below some 1.4 N_Y return up to 2 % more
+    energy than they received. Unloading is elastic with the exponent 1.5 (the authors fit 1.5·D^-0.033).
 
     Source: L. Kogut and I. Etsion, Elastic-plastic contact analysis of a sphere and a rigid flat, Journal of Applied
     Mechanics 69 (2002); I. Etsion, Y. Kligerman and Y. Kadin (2005) for the residual; docs/theory/elastic_plastic.rst,

@@ -18,15 +18,15 @@ def _example_force(delta: Any) -> Any:
 class Law(ForceLaw):
     """A contact that only pushes, with a force of one's own: N(δ), or N(δ, δ').
 
-    The function is sampled once, and a table marches in its place (docs/theory/track.rst, section 13.9); a note of the
-    record tells how far the two differ. Where the function, or the table, is negative, there is no force. A Python
-    function cannot stand in a file.
+    The function is sampled once, and the run uses a table of it (docs/theory/track.rst, section 13.9); a note of the
+    record says how far the two differ. Where the function, or the table, is negative, there is no force. A file cannot
+    hold a Python function.
 
     Parameters
     ----------
     force
-        From the indentation δ > 0 in m to the force of the wheelset in N; with two arguments, from δ and its rate δ' in
-        m/s. It takes arrays.
+        Function that returns the force of the wheelset in N for the indentation δ > 0 in m; with two arguments, for δ
+        and its rate δ' in m/s. It takes arrays.
     """
 
     takes: ClassVar[str] = (

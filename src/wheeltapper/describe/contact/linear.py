@@ -15,8 +15,8 @@ class Linear(Contact):
     Parameters
     ----------
     stiffness
-        k_H per wheelset, of which each wheel of a wagon has half, N/m; (3/2)·C·sqrt(δ0) linearises a Hertz contact at
-        its static indentation δ0.
+        k_H per wheelset, N/m; each wheel of a wagon has half of it. The value (3/2)·C·sqrt(δ0) linearises a Hertz
+        contact at its static indentation δ0.
     bilateral
         True: the contact also pulls (N < 0) and is never lost, as in the models that the paper criticises.
         False: it can only push.
@@ -28,5 +28,5 @@ class Linear(Contact):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """That the contact is linear, and that it pulls if it does."""
+        """What the march has to handle: a linear contact, and that it pulls if it does."""
         return frozenset({LINEAR, BILATERAL} if self.bilateral else {LINEAR})

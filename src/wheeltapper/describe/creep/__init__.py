@@ -1,4 +1,4 @@
-"""Creep laws, one file each: how the tangential force of a rolling contact saturates by friction.
+"""Creep laws: how friction limits the tangential force of a rolling contact.
 
 All start from Kalker's linear resultant F of creepages and spin, and give T = F·saturation(F/(μ·N)).
 """

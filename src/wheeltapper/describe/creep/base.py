@@ -14,7 +14,7 @@ class CreepLaw(Noun, abstract=True):
     Parameters
     ----------
     friction
-        μ.
+        Coefficient of friction μ.
     wheel_spin
         "quasi-static": each wheelset rotates so that the longitudinal forces of its two treads have no moment about the
         axle. This is fast; normal and lateral forces agree with those of the full spin within 1e-4, longitudinal ones
@@ -22,13 +22,13 @@ class CreepLaw(Noun, abstract=True):
     """
 
     example: ClassVar[dict[str, Any]] = {}
-    """Fields of one of them; the conformance tests try it."""
+    """Fields of an example, which the conformance tests make."""
     spin_range: ClassVar[float | None] = None
-    """Largest ratio of the linear spin force alone to the friction limit for which the law holds; None: any."""
+    """Largest ratio of the linear force of spin alone to the friction limit for which the law holds; None: any."""
     friction: Friction = 0.4
     wheel_spin: Literal["quasi-static", "full"] = "quasi-static"
 
     @property
     def needs(self) -> frozenset[Need]:
-        """Tangential forces."""
+        """What the march has to handle: tangential forces."""
         return frozenset({CREEP})

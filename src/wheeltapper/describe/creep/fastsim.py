@@ -10,7 +10,7 @@ from wheeltapper.describe.creep.base import CreepLaw
 
 
 class Fastsim(CreepLaw):
-    """The traction grows against the slip from the leading edge on, and is cut back to the bound.
+    """FASTSIM: the traction grows against the slip from the leading edge on, and is limited by friction.
 
     Source: J. J. Kalker, A fast algorithm for the simplified theory of rolling contact, Vehicle System Dynamics 11
     (1982). The errors of the theory are some 5 % with the parabolic bound and up to 15 % with spin.
@@ -20,9 +20,9 @@ class Fastsim(CreepLaw):
     friction, wheel_spin
         As for all creep laws.
     cells, strips
-        Cells along a strip, and strips across the ellipse.
+        Number of cells along a strip, and number of strips across the contact ellipse.
     bound
-        The traction's bound over the ellipse: "parabolic" (Kalker's), or "elliptic" as Hertz's pressure.
+        Bound of the traction over the ellipse: "parabolic" (Kalker's), or "elliptic" like Hertz's pressure.
     """
 
     cells: int = Field(default=10, ge=2, le=200)

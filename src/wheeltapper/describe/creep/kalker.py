@@ -20,5 +20,5 @@ class KalkerLinear(CreepLaw):
     """
 
     def saturation(self, utilisation: ArrayLike) -> NDArray[np.float64]:
-        """Return T/F at F/(μ·N), the utilisation of friction by the linear force."""
+        """Return T/F as a function of F/(μ·N), the share of the friction limit that the linear force would use."""
         return np.ones_like(np.asarray(utilisation, dtype=float))

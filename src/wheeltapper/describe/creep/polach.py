@@ -17,10 +17,10 @@ class Polach(CreepLaw):
     Source: O. Polach, A fast wheel-rail forces calculation computer code (1999); kA, kS: Creep forces in simulations of
     traction vehicles running on adhesion limit (2005).
 
-    Spin is treated as additional lateral slip, which holds while it is small. Let the linear force of spin alone be 0.2
-    of μ·N. The forces then differ from those of FASTSIM by at most 0.12 of μ·N on ellipses that are at least as long as
-    wide, and by 0.15 on those half as long. At 1 of μ·N the errors reach 0.4 and 0.55, and 0.8 on flanges, where
-    FASTSIM is within some 0.12 of an exact program. A record's `notes` state if a wagon exceeded 0.2 or touched with a
+    Spin is treated as additional lateral slip, which holds while it is small. If the linear force of spin alone is 0.2
+    of μ·N, the forces differ from those of FASTSIM by at most 0.12 of μ·N on ellipses that are at least as long as
+    wide, and by 0.15 on those half as long. If it is 1 of μ·N, the errors reach 0.4 and 0.55, and 0.8 on flanges, where
+    FASTSIM is within some 0.12 of an exact program. A record's `notes` say if a wagon exceeded 0.2 or touched with a
     flange.
 
     Parameters
@@ -37,7 +37,7 @@ class Polach(CreepLaw):
     slip_reduction: float = Field(default=1.0, gt=0, le=1)
 
     def saturation(self, utilisation: ArrayLike) -> NDArray[np.float64]:
-        """Return T/F at F/(μ·N), the utilisation of friction by the linear force."""
+        """Return T/F as a function of F/(μ·N), the share of the friction limit that the linear force would use."""
         e = 0.25 * np.pi * np.asarray(utilisation, dtype=float)
         near, far = self.adhesion_reduction * e, self.slip_reduction * e
         slope = np.where(far > 1e-4, np.arctan(far) / np.maximum(e, 1e-300), self.slip_reduction * (1.0 - far**2 / 3.0))

@@ -1,4 +1,4 @@
-"""Irregularities of rail and wheel, one law in each file."""
+"""Irregularities of rail and wheel."""
 
 from typing import TYPE_CHECKING
 

@@ -19,17 +19,17 @@ class Irregularity(Noun, abstract=True):
     """A deviation of a rolling surface, m, upwards positive; material missing on a wheel is negative."""
 
     example: ClassVar[dict[str, Any]]
-    """Fields of one of them, felt within the first 0.36 m; the conformance tests try it."""
+    """Fields of an example, felt within the first 0.36 m, which the conformance tests make."""
     borne: ClassVar[Literal["rail", "wheel"]] = "rail"
     stepwise: ClassVar[tuple[str, ...]] = ()
-    """Fields that choose between forms: nothing has a derivative by them."""
+    """Fields that choose between forms, so that there are no derivatives by them."""
 
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance for a wheel of this radius (m)."""
         raise NotImplementedError
 
     def similarity(self) -> Similarity:
-        """Return the fields that only scale the height, scale the length, or move the place."""
+        """Return the fields that only scale the height or the length, or move the irregularity along the rail."""
         return {}
 
     def shortest_wave(self, radius: float) -> float | None:
@@ -37,20 +37,20 @@ class Irregularity(Noun, abstract=True):
         return None
 
     def span_given(self, end: float) -> float | None:
-        """Return the span of heights that are given one by one, up to x = end (m); None where a formula gives them."""
+        """Return the highest less the lowest given height up to x = end (m); None if a formula gives the heights."""
         return None
 
     def limited(self, radius: float) -> dict[str, float]:
-        """Return sizes that limits are stated for, of a wheel of this radius (m): flat_length, out_of_roundness, m."""
+        """Return the sizes that limits apply to, on a wheel of this radius (m): flat_length, out_of_roundness, m."""
         return {}
 
     def on_rail(self, side: str) -> Self:
-        """Return what this is on the "left" or "right" rail; most are the same on both."""
+        """Return the irregularity of the "left" or "right" rail; most kinds are the same on both."""
         return self
 
     @property
     def filters(self) -> bool:
-        """Whether it is already what a patch of contact, or a circle, leaves of it."""
+        """Whether the heights are already filtered as by a contact patch or by a rolling circle."""
         return False
 
     def moved(self, distance: float) -> Self:
@@ -70,7 +70,7 @@ class Irregularity(Noun, abstract=True):
 
     @property
     def shortest_run(self) -> float:
-        """Length of a run that is refused for being shorter than this, m; 0: none is."""
+        """Length of the shortest run that is accepted, m; 0: any."""
         return 0.0
 
     def check_run(self, end: float) -> None:
@@ -79,7 +79,7 @@ class Irregularity(Noun, abstract=True):
         Raises
         ------
         InputError
-            With what is missing.
+            The message says what is missing.
         """
         if end < self.shortest_run:
             found = f"{self.shortest_run:g} m, in a run over {end:g} m"

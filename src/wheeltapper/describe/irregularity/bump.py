@@ -16,7 +16,7 @@ class CosineBump(Irregularity):
     Parameters
     ----------
     height
-        h, m; < 0 is a dip.
+        Height h, m; < 0 is a dip.
     length
         m.
     start
@@ -29,7 +29,7 @@ class CosineBump(Irregularity):
     start: Length
 
     def similarity(self) -> Similarity:
-        """Return what the fields scale."""
+        """Return which fields scale or move it."""
         return {"height": "lift", "length": "rate", "start": "offset"}
 
     def shortest_wave(self, radius: float) -> float | None:

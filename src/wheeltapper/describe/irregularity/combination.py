@@ -21,11 +21,11 @@ class Repeated(Irregularity):
     Parameters
     ----------
     of
-        The repeated irregularity; it is level outside a part that is not longer than the period.
+        The irregularity that is repeated. Its part that is not level must not be longer than the period.
     period
         m.
     count
-        Number of repetitions; None: without end.
+        How many times it occurs; None: without end.
     """
 
     example: ClassVar[dict[str, Any]] = {
@@ -69,12 +69,12 @@ class Repeated(Irregularity):
         return self.model_copy(update={"of": self.of.moved(distance)})
 
     def shortest_wave(self, radius: float) -> float | None:
-        """Return that of what is repeated."""
+        """Return the shortest wave of the repeated irregularity."""
         found: float | None = self.of.shortest_wave(radius)
         return found
 
     def check_run(self, end: float) -> None:
-        """Refuse a run that is shorter than what is repeated; behind its last sample that is level."""
+        """Refuse a run that is shorter than the repeated irregularity, which is level behind its last sample."""
         try:
             Irregularity.check_run(self.of, end)
         except InputError as error:

@@ -19,13 +19,13 @@ class Corrugation(Irregularity):
     Parameters
     ----------
     amplitude
-        a, m; in the paper it is negative, so that the rail falls first.
+        Amplitude a, m; in the paper it is negative, so that the rail falls first.
     wavelength
         m.
     start
-        Start, m, with an exact corner.
+        Position of the start, m; the corner there is exact.
     end
-        End, m; the rail continues level at the height reached. None: without end.
+        Position of the end, m; behind it the rail is level at the height reached. None: without end.
     """
 
     example: ClassVar[dict[str, Any]] = {"amplitude": 5e-5, "wavelength": 0.05, "start": 0.1}
@@ -41,7 +41,7 @@ class Corrugation(Irregularity):
         return self
 
     def similarity(self) -> Similarity:
-        """Return what the fields scale; a corrugation that ends at a given place is not a scaled copy of another."""
+        """Return which fields scale or move it; a corrugation with a given end is not a scaled copy of another."""
         if self.end is None:
             return {"amplitude": "lift", "wavelength": "rate", "start": "offset"}
         return {"amplitude": "lift"}

@@ -80,7 +80,7 @@ class Chord:
 class Stretch:
     """One smooth stretch: value, slope and curvature (second derivative) are vectorised functions of x.
 
-    `scatter` says by how much the curvature jumps near x where it comes from interpolants; None where it does not.
+    `scatter` gives the jumps of the curvature near x if it comes from interpolants; None if it does not.
     """
 
     start: float
@@ -135,7 +135,7 @@ class Course:
 
     @property
     def uneven(self) -> tuple[tuple[float, float], ...]:
-        """Where it is not level: first and last x of each place, m; of a course that repeats, in one period."""
+        """Where it is not level: first and last x of each place, m; within one period if the course repeats."""
         if not self.height:
             return ((-inf, inf),)
         within = [(one.start, one.end) for one in self.stretches if not one.level]

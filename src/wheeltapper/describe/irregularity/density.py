@@ -143,15 +143,15 @@ def filter_of_patch(wavenumber: FloatArray, radius: float) -> FloatArray:
 def third_octave_levels(heights: NDArray[Any], spacing: float | str) -> tuple[FloatArray, FloatArray]:
     """Return the levels of equally spaced heights in third-octave bands of wavelength.
 
-    From the periodogram under a Hann window, the straight line through the heights removed. Bands below two spacings,
-    and bands with fewer than three of its lines, are left out.
+    The straight line through the heights is removed, and the levels follow from the periodogram with a Hann window.
+    Bands below two spacings, and bands with fewer than three lines of the periodogram, are left out.
 
     Parameters
     ----------
     heights
         m.
     spacing
-        Distance of two heights, m.
+        Distance between two heights, m.
 
     Returns
     -------
@@ -163,7 +163,7 @@ def third_octave_levels(heights: NDArray[Any], spacing: float | str) -> tuple[Fl
     Raises
     ------
     InputError
-        If there are fewer than 16 heights, or one is not finite; or for a spacing that is no positive length.
+        If there are fewer than 16 heights, or one is not finite, or the spacing is not a positive length.
     """
     spacing, allowed = as_quantity(spacing, "spacing", "length"), "at least 16 finite heights in a row, m"
     try:

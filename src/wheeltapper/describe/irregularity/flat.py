@@ -16,13 +16,13 @@ from wheeltapper.ground.errors import InputError
 class WheelFlat(Irregularity):
     """A flat on the wheel: a chord of sagitta d (fresh), or a haversine after wear (rounded).
 
-    Fresh: the radius is short by R - (R - d)/cos φ, of half-length L = sqrt(2·R·d - d²), d ≈ l²/(8·R).
+    Fresh: at the angle φ the radius is smaller by R - (R - d)/cos φ; half-length L = sqrt(2·R·d - d²), d ≈ l²/(8·R).
     Rounded: (d/2)·(1 + cos(2π·X/l)) for |X| < l/2, d = l²/(16·R) unless both are given.
 
     Parameters
     ----------
     depth, length
-        d and l, m: one of them (both only for a rounded flat).
+        Depth d and length l, m: one of them (both only for a rounded flat).
     position
         Position at which its middle first meets the rail, m.
     repeat
@@ -64,7 +64,7 @@ class WheelFlat(Irregularity):
         return {"flat_length": self.size(radius)[1]}
 
     def similarity(self) -> Similarity:
-        """Return what the fields scale."""
+        """Return which fields scale or move it."""
         return {"position": "offset"}
 
     def course(self, radius: float) -> Course:

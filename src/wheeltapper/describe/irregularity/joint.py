@@ -18,15 +18,15 @@ from wheeltapper.ground.errors import InputError
 class DippedJoint(Irregularity):
     """y_r = -depth·(1 - 2·|X|/length)² for |X| < length/2, X = x - position, and zero elsewhere.
 
-    Two parabolas that meet level rail without a kink, and each other at the angle 2α = 8·depth/length, the total change
-    of slope by which the wheel is turned upwards (Jenkins et al., *Railway Engineering Journal* 3 (1974) 2-16).
+    Two parabolas, each of which joins the level rail without a kink. They meet at the angle 2α = 8·depth/length, the
+    total change of slope that turns the wheel upwards (Jenkins et al., *Railway Engineering Journal* 3 (1974) 2-16).
 
     Parameters
     ----------
     depth, angle
         Depth of the middle, m, or the total change of slope 2α, rad: one of them.
     length
-        Of both dipped ends together, m.
+        Length of both dipped ends together, m.
     position
         Position of the joint, m.
     """
@@ -55,7 +55,7 @@ class DippedJoint(Irregularity):
         return float(self.length)
 
     def similarity(self) -> Similarity:
-        """Return what the fields scale; at a given angle, a longer joint is also deeper."""
+        """Return which fields scale or move it; at a given angle, a longer joint is also deeper."""
         if self.depth is None:
             return {"angle": "lift", "position": "offset"}
         return {"depth": "lift", "length": "rate", "position": "offset"}

@@ -23,8 +23,8 @@ FloatArray = NDArray[np.float64]
 class Measured(Irregularity):
     """The height of the rail from samples, joined by a spline.
 
-    Before the first sample the rail is level at the first height, so that nothing jumps. Behind the last sample it is
-    as `beyond` states. Without noise the spline is cubic and passes through every sample.
+    Before the first sample the rail is level at the first height, so that there is no jump. `beyond` says what lies
+    behind the last sample. Without noise the spline is cubic and passes through every sample.
 
     Parameters
     ----------
@@ -41,8 +41,8 @@ class Measured(Irregularity):
         "flat": level at the last height. "repeat": repeated without end; the last height must equal the first. None:
         the run must end before the samples do.
     noise
-        Standard deviation of the noise of the heights, m. The rms distance of the smoothing spline from the samples
-        equals it.
+        Standard deviation of the noise of the heights, m. A smoothing spline is then used, whose rms distance from the
+        samples equals it.
     allow_gaps
         Whether the spline may bridge a gap (20 times the median spacing).
     """
@@ -114,7 +114,7 @@ class Measured(Irregularity):
         return Course(parts, height)
 
     def check_run(self, end: float) -> None:
-        """Refuse a run to x = end behind the last sample, unless it is said what lies there."""
+        """Refuse a run to x = end behind the last sample, unless `beyond` says what lies there."""
         last = float(self.samples[0][-1])
         if self.beyond is None and end > last:
             raise InputError(

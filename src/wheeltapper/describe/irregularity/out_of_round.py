@@ -23,8 +23,8 @@ FloatArray = NDArray[np.float64]
 class OutOfRound(Irregularity):
     """The radius deviation of a wheel over its circumference, periodic in 2π·R.
 
-    Either harmonics, Δr = Σ amplitude·cos(order·θ + phase) with θ = (x - position)/R, or measured samples over the
-    angle (rad, deg) or the arc (m), closed to a ring; a last sample that is the first again is left out.
+    It is given by harmonics, Δr = Σ amplitude·cos(order·θ + phase) with θ = (x - position)/R, or by measured samples
+    over the angle (rad, deg) or the arc (m). Samples form a closed ring; a last one that repeats the first is left out.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ class OutOfRound(Irregularity):
         return self.model_copy(update={"path": None, "columns": None, "places": x, "deviations": y})
 
     def shortest_wave(self, radius: float) -> float | None:
-        """Return the wave of the highest order; of measured deviations it is not known."""
+        """Return the wave of the highest order; for measured deviations the shortest wave is not known."""
         return 2.0 * pi * radius / max(self.orders) if self.orders else None
 
     def span_given(self, end: float) -> float | None:

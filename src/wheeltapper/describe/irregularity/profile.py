@@ -35,13 +35,13 @@ class Profile(Irregularity):
     Parameters
     ----------
     function
-        From x in m to the height in m; an array at once, or one number after the other.
+        Function that returns the height in m at x in m, for a whole array or for one number at a time.
     breakpoints
         Positions in m at which the height or one of its derivatives jumps.
     start, end
         The function is used on start ≤ x ≤ end, m; elsewhere the rail is level at zero. None: without end.
     scale
-        Length in m over which the function varies; by default a thousandth of the shortest smooth part, or 1 mm.
+        Length in m over which the function varies; by default a thousandth of the shortest smooth part, at most 1 mm.
     """
 
     example: ClassVar[dict[str, Any]] = {"function": _example_heights, "breakpoints": (0.2,)}
@@ -70,7 +70,7 @@ class Profile(Irregularity):
         return moved.model_copy(update=shifted | {"breakpoints": tuple(x + distance for x in self.breakpoints)})
 
     def span(self, start: float, end: float) -> float:
-        """Return how much the heights differ from start to end, m, as samples show it."""
+        """Return the highest less the lowest of many heights from start to end, m."""
         return float(np.ptp(self._checked_values(np.linspace(start, end, 4097))))
 
     def span_given(self, end: float) -> float:

@@ -41,11 +41,11 @@ AHEAD = 1000.0
 
 
 class Spectrum(Irregularity):
-    """A realisation of a spectrum: the sum of waves with its amplitudes and random phases.
+    """A realisation of a spectrum: a sum of waves with the amplitudes of the spectrum and random phases.
 
     The waves are harmonics of `period`, so that every realisation has exactly the variance of the spectrum in each band
-    that is wide against 1/period (Shinozuka and Jan, *Journal of Sound and Vibration* 25 (1972) 111-128). It depends on
-    the fields alone, not on the run: with the same seed, a longer run meets the same rail.
+    that is wide compared with 1/period (Shinozuka and Jan, *Journal of Sound and Vibration* 25 (1972) 111-128). The
+    realisation depends on the fields alone, not on the run: with the same seed, a longer run meets the same rail.
 
     Parameters
     ----------
@@ -53,28 +53,28 @@ class Spectrum(Irregularity):
         A published spectrum: "ISO 3095:2005", "ISO 3095:2013" (limits of roughness), "ERRI B176 low", "ERRI B176 high",
         "FRA 1" to "FRA 6" (densities over rad/m, taken as one-sided).
     levels
-        Instead: rows of wavelength (m) and level of its third-octave band (dB re 1 µm), in order of the wavelengths.
+        Instead of `curve`: rows of wavelength (m), in order, and level of its third-octave band (dB re 1 µm).
     densities
-        Instead: rows of wavelength (m) and one-sided density over cycles per metre (m³), in order of the wavelengths.
+        Instead of `curve`: rows of wavelength (m), in order, and one-sided density over cycles per metre (m³).
     wavelengths
-        Shortest and longest wavelength, m; None: all that the curve or table knows.
+        Shortest and longest wavelength, m; None: all that the curve or table covers.
     added
         Level that is added to the whole spectrum, dB.
     deviation
-        The spectrum is scaled so that the standard deviation of the waves in `deviation_band` is this, m.
+        Standard deviation of the waves in `deviation_band`, m, to which the spectrum is scaled.
     deviation_band
-        Shortest and longest of these wavelengths, m; by default D1 of EN 13848-1.
+        Shortest and longest wavelength for `deviation`, m; by default D1 of EN 13848-1.
     seed
-        Of the random phases.
+        Seed of the random phases.
     coherence
-        Of the two rails, 0 to 1: the squared modulus of their cross-spectrum over the product of their spectra.
+        Coherence of the two rails, 0 to 1: the squared modulus of the cross-spectrum over the product of the spectra.
     rail
-        "left" or "right"; None: that on which it is placed. A vehicle in the plane meets the left rail's.
+        "left" or "right"; None: the rail on which it is placed. A vehicle in the plane meets that of the left rail.
     patch
-        Radius of the patch of contact, m, which filters waves that are not long against it (Remington 1976); for
-        rolling="point" only, as a circle does not follow short waves anyway. None: no filter.
+        Radius of the contact patch, m, which filters waves that are not long compared with it (Remington 1976). Only
+        for rolling="point", as a circle does not follow short waves anyway. None: no filter.
     period
-        Length after which the irregularity repeats, m; None: 40 of the longest waves, and at least 200 m.
+        Length after which the irregularity repeats, m; None: 40 times the longest wave, and at least 200 m.
     position
         How far the realisation is moved along the rail, m.
     """
@@ -181,8 +181,8 @@ class Spectrum(Irregularity):
     def phases(self, count: int) -> FloatArray:
         """Return the phases of the first harmonics of the period, rad.
 
-        Those of the right rail differ from the left rail's by normal deviates of the variance -ln(coherence), whose
-        mean turn exp(iψ) is the root of the coherence.
+        The phases of the right rail differ from those of the left rail by normal deviates ψ of the variance
+        -ln(coherence): the mean of exp(iψ) is the root of the coherence.
         """
         left = np.random.default_rng([self.seed, 0]).uniform(0.0, 2.0 * pi, count)
         if self.rail != "right" or self.coherence == 1.0:
@@ -195,7 +195,7 @@ class Spectrum(Irregularity):
         return self if self.rail is not None else self.model_copy(update={"rail": side})
 
     def similarity(self) -> Similarity:
-        """Return what the fields scale."""
+        """Return which fields scale or move it."""
         return {"position": "offset"} if self.deviation is None else {"deviation": "lift", "position": "offset"}
 
     def shortest_wave(self, radius: float) -> float | None:

@@ -32,7 +32,7 @@ class Step(Irregularity):
     ideal: bool = False
 
     def similarity(self) -> Similarity:
-        """Return what the fields scale."""
+        """Return which fields scale or move it."""
         return {"height": "lift", "position": "offset"}
 
     def course(self, radius: float) -> Course:

@@ -23,13 +23,14 @@ FloatArray = NDArray[np.float64]
 class Weld(Irregularity):
     """y_r = height/2·(1 + cos(2π·X/length)) for |X| ≤ length/2, X = x - position; or a measured shape.
 
-    A measured shape is a spline through samples, counted from the straight line through the first and the last of them,
-    as a straightedge there shows it; the rail is level at zero before and behind. Its middle is at `position`.
+    A measured shape is a spline through samples. Its heights count from the straight line through the first and the
+    last sample, as a straightedge there shows them. Its middle is at `position`; before and behind it the rail is level
+    at zero.
 
     Parameters
     ----------
     height
-        Of the middle, m; < 0 is a dip.
+        Height of the middle, m; < 0 is a dip.
     length
         m.
     position
@@ -43,7 +44,7 @@ class Weld(Irregularity):
     noise
         Standard deviation of the noise of the samples, m.
     turned
-        True: the measured shape upside down, a dip for a peak.
+        True: the measured shape is turned upside down, so that a peak becomes a dip.
     """
 
     example: ClassVar[dict[str, Any]] = {"height": -2e-4, "length": 0.1, "position": 0.2}
@@ -92,13 +93,13 @@ class Weld(Irregularity):
         return float(np.ptp(self.samples[0])) if self.length is None else float(self.length)
 
     def similarity(self) -> Similarity:
-        """Return what the fields scale."""
+        """Return which fields scale or move it."""
         if self.height is None:
             return {"position": "offset"}
         return {"height": "lift", "length": "rate", "position": "offset"}
 
     def shortest_wave(self, radius: float) -> float | None:
-        """Return the length of a cosine, one wave; of a measured shape it is not known."""
+        """Return the length of a cosine, one wave; for a measured shape it is not known."""
         return None if self.length is None else float(self.length)
 
     def span_given(self, end: float) -> float | None:

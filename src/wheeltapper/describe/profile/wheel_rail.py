@@ -17,7 +17,7 @@ class Profiles(Noun, abstract=True):
 
     @property
     def files(self) -> tuple[str | ProfileFile, ...]:
-        """Profiles that are no formula, with the contents of their files."""
+        """The profiles, with the contents of their files; empty for surfaces that are a formula."""
         return ()
 
 
@@ -75,9 +75,9 @@ class Cones(Profiles):
     Parameters
     ----------
     conicity
-        Slope of the cones, growing towards the flange.
+        Slope of the cones, whose radius grows towards the flange.
     arm
-        Half the distance of the contacts, m.
+        Half the distance between the two contacts, m.
     moving_with
         "rail": the contacts keep their places on the rails as the wheelset shifts. "wheel": they move with it.
     """

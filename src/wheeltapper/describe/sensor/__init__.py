@@ -1,4 +1,4 @@
-"""Kinds of sensors, one file each: what one reads, where, in which unit, and what it would show of a run."""
+"""Kinds of sensors: what each reads, where, in which unit, and what it would show of a run."""
 
 from typing import TYPE_CHECKING
 

@@ -23,17 +23,17 @@ class AlongTrack(FilteredSensor, abstract=True):
     Parameters
     ----------
     side
-        "left" or "right": the rail, seen in the direction of growing x. None: not told, or of both rails.
+        "left" or "right": the rail, seen in the direction of growing x. None: not stated, or both rails.
     unit
-        What a 1 in the file is, if the file does not say it: "kN", "1.3 kN". Or the sensitivity, for files of what the
-        sensor puts out: "250 kN/V" (files in V, mV), "12 kN/(mV/V)", "0.8 kN/(um/m)", "4 mV/kN". Of a sensor
-        of strains "um/m" is a strain, and "500 (um/m)/V" its sensitivity.
+        What a 1 in the file means, if the file does not state its unit: "kN", "1.3 kN". If the file holds the output of
+        the sensor, its sensitivity: "250 kN/V" (files in V, mV), "12 kN/(mV/V)", "0.8 kN/(um/m)", "4 mV/kN". For a
+        sensor of strains, "um/m" is the strain itself, and "500 (um/m)/V" its sensitivity.
     excitation, gauge_factor, bridge_factor
-        Of a bridge of strain gauges, where the file holds another of V, mV/V and um/m than the sensitivity: voltage of
-        the excitation, V; gauge factor k; number B of the arms that feel the strain. The output is k·B·strain/4 of the
-        excitation.
+        Of a bridge of strain gauges: voltage of the excitation, V; gauge factor k; number B of the arms that feel the
+        strain. The output is k·B·strain/4 of the excitation. They are needed if the file holds another of V, mV/V and
+        um/m than the sensitivity.
     gain
-        What it reads, over the true value; readings are divided by it.
+        A reading divided by the true value; readings are divided by the gain.
     gain_uncertainty
         Relative standard deviation of the gain.
     """
@@ -67,20 +67,20 @@ class AlongTrack(FilteredSensor, abstract=True):
 
     @property
     def rail_places(self) -> tuple[float, ...]:
-        """Where along the rail it reads what the track does, m."""
+        """Places along the rail at which it reads the track, m."""
         return ()
 
     def extent(self, spacing: float | None) -> tuple[float, float]:
-        """Return where the part of the track that it reads begins and ends, m; `spacing` is that of the seats, m."""
+        """Return the two ends of the part of the track that it reads, m; `spacing` is the distance between seats, m."""
         raise InputError("", "kind", f"{self.kind!r}, of which nobody says where it is", "a method `extent`")
 
     def true_values(self, seen: Seen) -> FloatArray:
-        """Return what it would read of a run if its gain were 1, in SI units, (times,)."""
+        """Return its readings of a run as with a gain of 1, in SI units, (times,)."""
         found = f"{self.kind!r}, of which nobody says what it reads of a run"
         raise InputError("", "kind", found, "a method `true_values`")
 
     def samples(self, seen: Seen) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return what it would have recorded of a run, in SI units; no sample is clipped."""
+        """Return the samples that it would record of a run, in SI units; no sample is clipped."""
         values = self.gain * seen.behind_filter(self._checked_values, self.cutoff(self.rate))
         return values, np.zeros(len(values), dtype=bool)
 
@@ -94,7 +94,7 @@ class AlongTrack(FilteredSensor, abstract=True):
 
 
 class BetweenPlaces(AlongTrack, abstract=True):
-    """A sensor that reads what stands on the rail between two places.
+    """A sensor that reads the force on the rail between two places.
 
     Parameters
     ----------
@@ -162,8 +162,8 @@ class AtSeat(AlongTrack, abstract=True):
     x
         Position along the track of the seat, m.
     seat
-        Number of the seat, instead of x: it lies at this times the site's spacing. Without a site it is a run's own
-        seat, of which number 0 is at the track's `first_sleeper`.
+        Number of the seat, instead of x. On a site the seat lies at this number times the site's spacing. Without a
+        site it is a seat of the run's own track, where number 0 is at `first_sleeper`.
     """
 
     place_words: ClassVar[str] = "x or seat"

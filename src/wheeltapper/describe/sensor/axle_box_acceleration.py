@@ -18,16 +18,16 @@ LAST = 1_000_000
 class AxleBoxAcceleration(FilteredSensor):
     """The vertical acceleration of a wheelset at its axle box, m/s², upwards.
 
-    It is that of the motion; gravity, which some accelerometers show, is not in it. The sensor is on the vehicle of a
-    run, and in no site.
+    It is the acceleration of the motion; gravity, which some accelerometers show, is not included. The sensor belongs
+    to the vehicle of a run, not to a site.
 
     Parameters
     ----------
     wheelset
         Number of the wheelset, from the leading one, which is 1.
     side
-        "left" or "right", facing forward: the axle box. Below a wagon it is needed, since wheelsets roll. None: of
-        other vehicles, whose sides are alike.
+        "left" or "right", facing forward: the side of the axle box. It is needed on a wagon, whose wheelsets roll.
+        None: on other vehicles, whose sides are alike.
     """
 
     quantity: ClassVar[Quantity] = "vertical acceleration"
@@ -37,6 +37,6 @@ class AxleBoxAcceleration(FilteredSensor):
     side: Literal["left", "right"] | None = None
 
     def samples(self, seen: Seen) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return what it would have recorded of a run, m/s²; no sample is clipped."""
+        """Return the samples that it would record of a run, m/s²; no sample is clipped."""
         values = seen.behind_filter(lambda one: one.axle_box_acceleration(self.wheelset), self.cutoff(self.rate))
         return values, np.zeros(len(values), dtype=bool)

@@ -66,26 +66,26 @@ class Seen(Protocol):
 class Sensor(Noun, abstract=True):
     """A sensor on a deck, along the track, or on a vehicle.
 
-    `kind` says which: `Sensor(kind="pad force", seat=3)` is a `PadForce`. Every kind has fields of its own. A kind of
-    one's own is a class made of this one, or of those for places along the track in `describe.sensor.along`.
+    `kind` says which: `Sensor(kind="pad force", seat=3)` is a `PadForce`. Every kind has fields of its own. To add a
+    kind, write a subclass of this class, or of those for places along the track in `describe.sensor.along`.
 
     Parameters
     ----------
     kind
         What it reads; "deck acceleration" by default.
     name
-        Name of its column (channel) in the files, or of its file where a file has one column. "left 1" is also "left_1"
-        and "WILD/left 1", as formats spell it.
+        Name of its column (channel) in the files, or of its file where a file has one column. "left 1" also stands for
+        "left_1" and "WILD/left 1", which some formats write instead.
     column
-        Number of its column from 0, or another name of it, for files in which no column bears its name.
+        Number of its column (from 0), or another name, for files in which no column has the sensor's name.
     rate
         Samples per second, Hz.
     """
 
     written_if_given: ClassVar[tuple[str, ...]] = ("rate",)
-    """Fields whose default is not written back: where they are not given, a recording's own count."""
+    """Fields that are written to files only if they are given; if not, those of a recording hold."""
     quantity: ClassVar[Quantity]
-    """What its readings are, as a `Recording` has it."""
+    """The quantity of its readings, as a `Recording` has it."""
     place_words: ClassVar[str] = ""
     """The fields that tell its place, for messages."""
     example: ClassVar[dict[str, Any]] = {}
@@ -187,11 +187,11 @@ class Sensor(Noun, abstract=True):
 
     @property
     def linear(self) -> Sensor:
-        """The same sensor without what makes its samples other than linear in what a run shows: this one."""
+        """The same sensor without what is not linear in it; by default the sensor itself."""
         return self
 
     def samples(self, seen: Seen) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return what it would have recorded of a run, in SI units, and which samples are clipped."""
+        """Return the samples that it would record of a run, in SI units, and which of them are clipped."""
         raise InputError(
             "", "kind", f"{self.kind!r}, of which nobody says what it reads of a run", "a method `samples`"
         )

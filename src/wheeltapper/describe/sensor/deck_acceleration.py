@@ -32,7 +32,7 @@ class DeckAcceleration(Sensor):
     range
         Largest acceleration of either sign, m/s²; beyond it samples are clipped. None: without bound.
     bits
-        Resolution of the converter over twice the range; None: without steps.
+        Resolution of the converter, in bits over twice the range; None: without steps.
     cutoff, order
         Cutoff frequency, Hz, and order of the Butterworth filter before the converter. None: no filter.
     offset, drift
@@ -89,7 +89,7 @@ class DeckAcceleration(Sensor):
         return self.model_copy(update={"offset": 0.0, "drift": 0.0, "range": None, "bits": None})
 
     def spread(self, rate: float) -> float:
-        """Return the standard deviation of a sample at a rate, m/s²: that of the noise with that of the steps."""
+        """Return the standard deviation of a sample at a rate, m/s², from the noise and the steps together."""
         return float(np.hypot(self.noise * np.sqrt(0.5 * rate), self.step / np.sqrt(12.0)))
 
     def converted(self, samples: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -103,14 +103,14 @@ class DeckAcceleration(Sensor):
         return samples, clipped
 
     def samples(self, seen: Seen) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return what it would have recorded of a run, m/s², and which samples are clipped."""
+        """Return the samples that it would record of a run, m/s², and which of them are clipped."""
         noise = self.noise * np.sqrt(0.5 * self.rate) * seen.white_noise(len(seen.times))
         return self.recorded(seen.deck_acceleration, seen.times, noise)
 
     def recorded(
         self, acceleration: Callable[[FloatArray], FloatArray], times: FloatArray, noise: FloatArray
     ) -> tuple[FloatArray, NDArray[np.bool_]]:  # fmt: skip
-        """Return what it would record of an acceleration at `times`, from 0 on, and which samples are clipped.
+        """Return the samples that it would record of an acceleration at `times`, from 0 on, and which are clipped.
 
         `acceleration` gives m/s² at any times; `noise` is added behind the filter.
         """

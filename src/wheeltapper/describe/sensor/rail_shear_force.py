@@ -11,13 +11,13 @@ from wheeltapper.describe.sensor.base import FloatArray, Seen
 
 
 class RailShearForce(BetweenPlaces):
-    """The difference of the rail's shear forces at two gauges, N: what stands on the rail between them."""
+    """The difference of the rail's shear forces at two gauges, N: the force on the rail between them."""
 
     kind: Literal["rail shear force"] = "rail shear force"
 
     @property
     def rail_places(self) -> tuple[float, ...]:
-        """Of both gauges, m."""
+        """Places of both gauges, m."""
         return self.ends
 
     def true_values(self, seen: Seen) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Tracks, one file each."""
+"""Tracks: what carries the rail."""
 
 from typing import TYPE_CHECKING
 

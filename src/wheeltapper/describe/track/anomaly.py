@@ -27,24 +27,25 @@ class Change(NamedTuple):
 
 
 class Anomaly(Noun, abstract=True):
-    """Seats of a track that are not like the others; in a scenario `track.anomalies`, in a file `[[track.anomalies]]`.
+    """Seats of a track that differ from the others; in a scenario `track.anomalies`, in a file `[[track.anomalies]]`.
 
-    A ring of bays stands for the track, so that anomalies recur every ring length; the record's notes say it.
+    In a run, a ring of bays replaces the endless track. Anomalies therefore recur after each length of the ring; the
+    record's notes say so.
     """
 
     example: ClassVar[dict[str, Any]] = {}
-    """Fields of one of them; the conformance tests try it."""
+    """Fields of an example, which the conformance tests make."""
 
     @property
     def of_ballast(self) -> bool:
-        """Whether it is of sleepers on ballast."""
+        """Whether it needs a track with sleepers on ballast."""
         return False
 
     @property
     def places(self) -> tuple[int, ...]:
-        """Numbers of the seats that it names; none where it is of all seats."""
+        """Numbers of the seats that it names; empty if it concerns all seats."""
         return ()
 
     def changes(self, seats: range) -> tuple[Change, ...]:
-        """Return what it makes of these seats."""
+        """Return what it changes at these seats."""
         raise NotImplementedError

@@ -30,19 +30,19 @@ class Ballasted(SupportedRail):
     Parameters
     ----------
     sleeper_mass
-        Half of a sleeper, kg.
+        Mass of half a sleeper, kg.
     ballast_stiffness, ballast_damping
-        Under half of a sleeper: N/m and N·s/m.
+        Stiffness and damping under half of a sleeper, N/m and N·s/m.
     sleeper_roll_inertia
-        Of a whole sleeper about its middle, along the track, kg·m²; None: each rail has half-sleepers of its own, which
-        do not know of each other. It acts where both rails are loaded differently: below a `Wagon`. A rigid sleeper of
-        even mass and length L has m·L²/12, with its whole mass m = 2·sleeper_mass.
+        Moment of inertia of a whole sleeper about an axis through its middle along the track, kg·m²; None: each rail
+        has half-sleepers of its own, which move independently. It acts where the two rails are loaded differently:
+        below a `Wagon`. A rigid sleeper of even mass and length L has m·L²/12, with its whole mass m = 2·sleeper_mass.
     ballast_roll_stiffness, ballast_roll_damping
-        Of the ballast under a whole sleeper, N·m/rad and N·m·s/rad; None: as of ballast that is even over the length
-        of a sleeper with that inertia, so that both go with it as ballast_stiffness and ballast_damping with
-        sleeper_mass.
+        Of the ballast under a whole sleeper, N·m/rad and N·m·s/rad; None: those of ballast that is even over the length
+        of a sleeper with that inertia. Their ratio to the inertia is then that of ballast_stiffness and ballast_damping
+        to sleeper_mass.
     seat_distance
-        Between the seats of a sleeper, m.
+        Distance between the two seats of a sleeper, m.
     """
 
     example: ClassVar[dict[str, Any]] = {
@@ -71,10 +71,10 @@ class Ballasted(SupportedRail):
 
     @property
     def under_rolling_pads(self) -> tuple[float, ...]:
-        """The same where both rails move against one another, so that sleepers roll.
+        """As `under_pads`, where the two rails move against each other, so that sleepers roll.
 
-        A seat at half of the distance d moves by φ·d/2 with a roll φ. Half of a sleeper is then a mass 2·J/d², and so
-        its ballast (docs/theory/track.rst, section 13.12).
+        A seat is half of the distance d from the middle, and moves by φ·d/2 with a roll φ. Half of a sleeper then acts
+        as a mass 2·J/d², and its ballast likewise (docs/theory/track.rst, section 13.12).
         """
         if self.sleeper_roll_inertia is None:
             return self.under_pads
@@ -92,22 +92,22 @@ class Ballasted(SupportedRail):
     def named(cls, name: str, **fields: Any) -> Ballasted:
         """Return a published track; its field `source` says where the numbers come from.
 
-        A file names it by `name`, beside `type`, in the same way: fields beside the name overrule those of the track.
+        In a file, write `name` beside `type` for the same: fields beside the name overrule those of the track.
 
-        What a publication lacks of its rail is taken from the first track. Mass of the ballast and subgrade, where a
-        publication has them, are ignored.
+        Values of the rail that a publication lacks are taken from the first track. Mass of the ballast and subgrade are
+        ignored, if a publication has them.
 
         Parameters
         ----------
         name
             "rolland_UIC60_example", "rolland_Nordborg", "Zhai2004" or "railFE_default".
         fields
-            What is other than published; `source` names it as well, unless it is given.
+            Fields that differ from the published ones; `source` names them as well, unless it is given.
 
         Raises
         ------
         InputError
-            If there is none of that name.
+            If there is no track of that name.
         """
         if not isinstance(name, str) or name not in track_names():
             raise InputError("", "name", value_text(name), with_suggestion(str(name), track_names()))

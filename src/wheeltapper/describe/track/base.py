@@ -11,4 +11,4 @@ class Track(Noun, abstract=True):
     """What carries the rail."""
 
     example: ClassVar[dict[str, Any]] = {}
-    """Fields of one of them; the conformance tests try it."""
+    """Fields of an example, which the conformance tests make."""

@@ -17,8 +17,8 @@ class FloatingDeck(Track):
 
     M·ÿ_M = -(N - N0) - K·y_M - C_d·ẏ_M (the paper, equation 2.3, with the bearing's damping, which it omits). While the
     wheel is off the deck, a constant force equal to the prestress acts instead. At entry the wheel replaces it, and the
-    indentation jumps by y_M; at exit it jumps by -y_M. Below several wheelsets, N and N0 are the sums of the forces of
-    those that are on it, each of which replaces its own static force.
+    indentation jumps by y_M; at exit it jumps by -y_M. Below several wheelsets, N and N0 are sums over the wheelsets on
+    the deck, each of which replaces its own static force.
 
     Parameters
     ----------
@@ -33,8 +33,9 @@ class FloatingDeck(Track):
     length
         Length, m; None: the deck has no end.
     wheelset
-        The only one of several wheelsets that the deck carries. None: it carries every wheelset between its ends. Below
-        a wagon the N0 of a deck with ends is the static force of one wheelset, and acts while none is on the deck.
+        Number of the only wheelset that the deck carries, of several. None: it carries every wheelset between its ends.
+        Below a wagon the N0 of a deck with ends is the static force of one wheelset. It acts while no wheelset is on
+        the deck.
     """
 
     example: ClassVar[dict[str, Any]] = {"mass": 5000.0, "stiffness": 2e7, "damping": 1e4}
@@ -53,5 +54,5 @@ class FloatingDeck(Track):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """The deck, and its ends, where it has one."""
+        """What the march has to handle: the deck, and its ends, where it has one."""
         return frozenset({DECK}) if self.start is None else frozenset({DECK, DECK_ENDS})

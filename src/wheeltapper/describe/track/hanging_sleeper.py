@@ -11,14 +11,14 @@ from wheeltapper.describe.track.anomaly import Anomaly, Change
 class HangingSleeper(Anomaly):
     """A sleeper without ballast, or above a void.
 
-    Over a void v the ballast presses with k_b·(s - v) + c_b·ṡ, s the sleeper's deflection, from where the void closes
-    and as long as that is positive: it never pulls. As everywhere on the track, deflections count from the rail without
-    a load, and weight of rail and sleepers is left out. The record's `events` tell when the void closes and opens.
+    From the instant at which the sleeper's deflection s closes a void v, the ballast presses with k_b·(s - v) + c_b·ṡ,
+    as long as this is positive: it never pulls. As everywhere on the track, deflections count from the rail without a
+    load, and the weight of rail and sleepers is left out. The record's `events` say when the void closes and opens.
 
     Parameters
     ----------
     seat
-        Its number; that at `first_sleeper` is 0.
+        Number of the seat; the one at `first_sleeper` is 0.
     void
         Gap under the sleeper without a load, m, 0 or more; None: the ballast is gone.
     """
@@ -29,7 +29,7 @@ class HangingSleeper(Anomaly):
 
     @property
     def of_ballast(self) -> bool:
-        """True: of sleepers on ballast."""
+        """True: it needs a track with sleepers on ballast."""
         return True
 
     @property
@@ -38,7 +38,7 @@ class HangingSleeper(Anomaly):
         return (self.seat,)
 
     def changes(self, seats: range) -> tuple[Change, ...]:
-        """Return what it makes of these seats."""
+        """Return what it changes at these seats."""
         if self.seat not in seats:
             return ()
         return (Change(self.seat, ballast=0.0) if self.void is None else Change(self.seat, void=float(self.void)),)

@@ -13,7 +13,7 @@ class MissingPad(Anomaly):
     Parameters
     ----------
     seat
-        Its number; that at `first_sleeper` is 0.
+        Number of the seat; the one at `first_sleeper` is 0.
     """
 
     example: ClassVar[dict[str, Any]] = {"seat": 1}
@@ -25,5 +25,5 @@ class MissingPad(Anomaly):
         return (self.seat,)
 
     def changes(self, seats: range) -> tuple[Change, ...]:
-        """Return what it makes of these seats."""
+        """Return what it changes at these seats."""
         return (Change(self.seat, pad=0.0),) if self.seat in seats else ()

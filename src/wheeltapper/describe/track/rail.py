@@ -24,8 +24,8 @@ class Rail(Noun):
     """One rail as a Timoshenko beam, with Kelvin-Voigt damping.
 
     Bending moment and shear force are M = EI·(1 + β∂/∂t)·θ' and Q = κGA·(1 + β∂/∂t)·(w' - θ), with the deflection w and
-    the rotation θ of the cross-section (docs/theory/track.rst, section 13.1). Wherever a rail is asked for, a name of
-    `Rail.named` will do as well.
+    the rotation θ of the cross-section (docs/theory/track.rst, section 13.1). Wherever a rail is needed, a name that
+    `Rail.named` takes can be given instead.
 
     Parameters
     ----------
@@ -38,9 +38,9 @@ class Rail(Noun):
     rotary_inertia
         ρI, kg·m; None: that of steel, 7850 kg/m³·EI/210 GPa.
     damping
-        β, s, at most 2e-5; the loss factor at the frequency f is 2π·f·β, with 2e-6 s 0.0126 at 1 kHz.
+        β, s, at most 2e-5; the loss factor at the frequency f is 2π·f·β, such as 0.0126 at 1 kHz with 2e-6 s.
     foot_distance
-        Distance from the neutral axis to the underside of the foot, where strain is told, m.
+        Distance from the neutral axis to the underside of the foot, where strain is computed, m.
     """
 
     bending_stiffness: BendingStiffness
@@ -64,14 +64,14 @@ class Rail(Noun):
         Parameters
         ----------
         name
-            In a file `name`, as well.
+            The rail's name; in a file its field `name`.
         fields
-            What is other than published.
+            Fields that differ from the published ones.
 
         Raises
         ------
         InputError
-            If there is none of that name.
+            If there is no rail of that name.
         """
         if not isinstance(name, str) or name not in rail_names():
             raise InputError("", "", value_text(name), with_suggestion(str(name), rail_names()))

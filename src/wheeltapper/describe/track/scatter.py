@@ -19,16 +19,16 @@ LEAST = 0.02
 class Scatter(Anomaly):
     """Pads and ballast that differ from seat to seat.
 
-    At every seat stiffness and damping of the pad are 1 + pads·z times those of the track, and of the ballast
-    1 + ballast·z', with independent standard normal deviates z and z'. These depend on the seed and on the number of
-    the seat alone.
+    At every seat, stiffness and damping of the pad are 1 + pads·z times those of the track; those of the ballast are
+    1 + ballast·z' times as large. z and z' are independent standard normal deviates. They depend only on the seed and
+    on the number of the seat.
 
     Parameters
     ----------
     pads, ballast
         Coefficients of variation, 0 to 0.5.
     seed
-        Of the deviates, a whole number, 0 or more.
+        Seed of the deviates, a whole number, 0 or more.
     """
 
     example: ClassVar[dict[str, Any]] = {"pads": 0.1, "seed": 1}
@@ -48,7 +48,7 @@ class Scatter(Anomaly):
         return self.ballast > 0.0
 
     def changes(self, seats: range) -> tuple[Change, ...]:
-        """Return what it makes of these seats."""
+        """Return what it changes at these seats."""
         return tuple(self._change(seat) for seat in seats)
 
     def _change(self, seat: int) -> Change:

@@ -20,7 +20,7 @@ def _as_tuple(value: Any) -> Any:
 
 
 class SupportedRail(Track, abstract=True):
-    """A rail on equal supports at equal distances, without end.
+    """An endless rail on equal supports at equal distances.
 
     Parameters
     ----------
@@ -29,18 +29,18 @@ class SupportedRail(Track, abstract=True):
     spacing
         Distance between seats, m.
     pad_stiffness, pad_damping
-        Of the rail pad, per seat: N/m and N·s/m.
+        Stiffness and damping of the rail pad, per seat, N/m and N·s/m.
     first_sleeper
         Position of a seat, m; the others are at first_sleeper + n·spacing for all whole n.
     cutoff
-        Of the modes that stand for the track, Hz, 100 to 50 000; None: 5 kHz, by the strict method 8 kHz.
+        Cut-off frequency of the track's modes, Hz, 100 to 50 000; None: 5 kHz, by the strict method 8 kHz.
     bays
-        Of the ring that stands for the track, at least 8; None: 80, by the strict method 100, and more where waves
-        decay slowly.
+        Number of bays of the ring that replaces the endless track, at least 8; None: 80, by the strict method 100, and
+        more where waves decay slowly.
     source
         Where the numbers come from; it has no effect.
     anomalies
-        Seats that are not like the others: `HangingSleeper`, `MissingPad`, `Scatter`.
+        Seats that differ from the others: `HangingSleeper`, `MissingPad`, `Scatter`.
     """
 
     rail: Annotated[Rail, BeforeValidator(as_rail, json_schema_input_type=Rail | str)]
@@ -67,7 +67,7 @@ class SupportedRail(Track, abstract=True):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """Rails on sleepers, and their anomalies."""
+        """What the march has to handle: rails on sleepers, and their anomalies."""
         own = {FLEXIBLE_TRACK, *([ANOMALY] if self.anomalies else [])}
         for item in self.anomalies:
             seats = range(min(item.places), max(item.places) + 1) if item.places else range(0)
@@ -77,15 +77,15 @@ class SupportedRail(Track, abstract=True):
 
     @property
     def under_pads(self) -> tuple[float, ...]:
-        """Mass, stiffness and damping under each pad, kg, N/m and N·s/m; nothing where the ground is rigid."""
+        """Mass, stiffness and damping under each pad, kg, N/m and N·s/m; empty where the ground is rigid."""
         return ()
 
     @property
     def rolls(self) -> bool:
-        """Whether sleepers that roll are others than halves that do not know of each other."""
+        """Whether sleepers that roll differ from half-sleepers that move independently."""
         return self.under_rolling_pads != self.under_pads
 
     @property
     def under_rolling_pads(self) -> tuple[float, ...]:
-        """The same where both rails move against one another, so that sleepers roll."""
+        """As `under_pads`, where the two rails move against each other, so that sleepers roll."""
         return self.under_pads

@@ -12,11 +12,11 @@ if TYPE_CHECKING:
 
 
 class Vehicle(Noun, abstract=True):
-    """What rolls on the track: in the vertical plane with a property `plane`, in space as a wagon."""
+    """What rolls on the track: in the vertical plane (then it has a property `plane`), or in space as a wagon."""
 
     @property
     def suspensions(self) -> tuple[Suspension, ...]:
-        """Its suspensions, each kind once, as they are drawn; one that says nothing is drawn without."""
+        """Its suspensions, each kind once, for drawings; empty for a vehicle that is drawn without."""
         return ()
 
     @property

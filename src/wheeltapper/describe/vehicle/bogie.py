@@ -30,17 +30,17 @@ class Bogie(Vehicle):
 
     The primary suspension is between each wheelset and the frame, at half the wheelbase from its centre. The secondary
     suspension is between the frame's centre and a fixed point. The wheelsets are numbered from the leading one, 1, at
-    x = 0; the other one is at -wheelbase. Displacements count from the static state, in which all springs carry what
-    they have to.
+    x = 0; the other one is at -wheelbase. Displacements count from the static state, in which all springs carry their
+    static loads.
 
     Parameters
     ----------
     wheelset_mass
-        Of each wheelset, kg.
+        Mass of each wheelset, kg.
     frame_mass
         kg.
     pitch_inertia
-        Of the frame about its centre of gravity, kg·m².
+        Moment of inertia of the frame about its centre of gravity, kg·m².
     wheelbase
         m.
     primary_stiffness, primary_damping
@@ -48,7 +48,7 @@ class Bogie(Vehicle):
     secondary_stiffness, secondary_damping
         N/m and N·s/m.
     primary_friction, primary_friction_stiffness, primary_bumpstop_gap, primary_rebound_gap
-        Per wheelset, as of :class:`~wheeltapper.Wheelset` without "primary".
+        Per wheelset, as the fields of :class:`~wheeltapper.Wheelset` that are called the same without "primary".
     primary_bumpstop_stiffness, primary_spring_corners, primary_blow_off_force, primary_blow_off_damping
         The same.
     secondary_friction, secondary_friction_stiffness, secondary_bumpstop_gap, secondary_rebound_gap
@@ -60,7 +60,7 @@ class Bogie(Vehicle):
     radius
         Of the wheels, m.
     wheels
-        Of each wheelset: 2, half of everything on each of two equal rails; or 1, everything on one.
+        Number of wheels of each wheelset: 2, half of everything on each of two equal rails; or 1, everything on one.
     """
 
     example: ClassVar[dict[str, Any]] = {
@@ -107,7 +107,7 @@ class Bogie(Vehicle):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """The bogie, and what is not linear in its suspensions."""
+        """What the march has to handle: the bogie, and what is not linear in its suspensions."""
         return frozenset({BOGIE}) | kinks_of(self, "primary_").needs | kinks_of(self, "secondary_").needs
 
     @property
@@ -117,7 +117,7 @@ class Bogie(Vehicle):
 
     @property
     def loads(self) -> dict[str, float]:
-        """What its wheelsets carry, N, by the path of the field."""
+        """The loads that its wheelsets carry, N, by the path of the field that states each."""
         return {"wheel_load": float(self.wheel_load)}
 
     @property
@@ -137,7 +137,7 @@ class Bogie(Vehicle):
 
     @property
     def plane(self) -> PlaneVehicle:
-        """The bogie as numbers, for a track that gives way; the frame pitches upwards in front."""
+        """The bogie as matrices, for a track that deforms; a positive pitch lifts the front of the frame."""
         half = 0.5 * float(self.wheelbase)
         primary = np.array([[1.0, 0.0, -1.0, -half], [0.0, 1.0, -1.0, half]])
         secondary = np.array([0.0, 0.0, 1.0, 0.0])

@@ -34,7 +34,7 @@ class Element(Noun, abstract=True):
     Parameters
     ----------
     name
-        Name in faults and changes; it differs from all other names of elements and bodies.
+        Name in faults and changes; it has to differ from the names of all other elements and bodies.
     between
         What it connects: names of two bodies ("wheelset 1" is a wheelset), or of a body and "ground".
     at
@@ -43,7 +43,7 @@ class Element(Noun, abstract=True):
     """
 
     example: ClassVar[dict[str, Any]]
-    """Fields of one of them, beside those that all have; the conformance tests try it."""
+    """Fields of an example, beside those that all have, which the conformance tests make."""
     name: str = Field(min_length=1)
     between: tuple[str, str]
     at: tuple[Length, Length, Length]
@@ -79,12 +79,12 @@ class Damper(Element):
     damping
         Along x, y and z, N·s/m.
     along
-        The direction of `rate` and `force`; None where `damping` says all.
+        The direction of `rate` and `force`; None if `damping` is given.
     rate, force
         Instead of `damping`, in one direction: the corners of the force over the rate of extension, m/s and N, such as
-        those of a blow-off valve. They begin with (0, 0), and the force is odd in the rate, or they go through (0, 0)
-        from negative rates; beyond the outermost ones it continues straight. The force must not fall with the rate,
-        and must rise where there is a spring in series.
+        those of a blow-off valve. Either they begin with (0, 0), and the force is odd in the rate; or they begin at
+        negative rates and pass through (0, 0). Beyond the outermost corners the force continues straight. It must not
+        fall with the rate, and must rise where there is a spring in series.
     series_stiffness
         Stiffness of the spring in series with each direction, N/m; None: rigid.
     free_play
@@ -125,7 +125,7 @@ class Damper(Element):
 
     @property
     def slopes(self) -> tuple[float, float, float]:
-        """Damping along x, y and z about rest, N·s/m: of a piecewise linear force the slope on zero's positive side."""
+        """Damping along x, y and z about rest, N·s/m; of a piecewise linear force the slope at small positive rates."""
         if self.damping is not None:
             return self.damping
         zero = self.rate.index(0.0)
@@ -137,13 +137,13 @@ class Damper(Element):
 class Friction(Element):
     """Dry (Coulomb) friction in one direction: it sticks until its force reaches a limit, then slides with a given one.
 
-    With `series_stiffness` it is an elastic slider (a Jenkins element): what sticks is a spring; it sticks again where
-    its sliding rate falls through zero. Without, what sticks is a rigid constraint, whose force is found together with
-    those of all others that stick; where the sliding rate comes to zero, and no force within `force` holds it there, it
-    goes on the other way. Where friction elements that stick hold each other, so that their forces are not determined,
-    they share them as equally stiff springs would. Vehicles begin at rest, with all friction sticking without a force.
+    With `series_stiffness` it is an elastic slider (a Jenkins element): it sticks as a spring. It sticks again when its
+    sliding rate falls through zero. Without, it sticks as a rigid constraint, and the forces of all sticking elements
+    are found together. When its sliding rate comes to zero, and no force within `force` holds it there, it slides the
+    other way. If sticking elements hold each other, so that their forces are not determined, they share them as equally
+    stiff springs would. Vehicles begin at rest, with all friction sticking without a force.
 
-    `wt.modes` and `wt.stability` take friction that sticks: as its spring, or as fixed.
+    `wt.modes` and `wt.stability` take all friction as sticking: as its spring, or as a rigid connection.
 
     Parameters
     ----------
@@ -182,8 +182,8 @@ class Friction(Element):
 class Stop(Element):
     """A force that is a piecewise linear function of the relative displacement in one direction, odd in it.
 
-    The displacement counts from the static state, in which the springs carry the vehicle and a stop has no force: a gap
-    is the way that is left to it under the load.
+    The displacement counts from the static state, in which the springs carry the vehicle and a stop has no force. A gap
+    is the distance that is left under the static load.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ class Wagon(Vehicle):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """Several bodies."""
+        """What the march has to handle: several bodies."""
         return frozenset({SEVERAL_BODIES})
 
     @property
@@ -86,7 +86,7 @@ class Wagon(Vehicle):
         return float(sum(body.mass for body in self.bodies) + sum(axle.mass for axle in self.axles))
 
     def with_element(self, element: Any) -> Wagon:
-        """Return the wagon with an added element, or with another one of the same name."""
+        """Return the wagon with an added element, which replaces one of the same name."""
         if not isinstance(element, Element):
             raise InputError(
                 "", "element", value_text(element), ", ".join(kind.__name__ for kind in makeable_nouns(Element))
@@ -145,7 +145,7 @@ class ErriB176(Vehicle):
     without
         Names of elements that are left out.
     elements
-        Added elements; those with a name of the coach replace its element.
+        Added elements; one with the name of an element of the coach replaces that element.
     """
 
     wheelset_mass: Mass = 1813.0
@@ -156,7 +156,7 @@ class ErriB176(Vehicle):
     elements: tuple[AnyElement, ...] = ()
 
     def wagon(self) -> Wagon:
-        """Return the wagon."""
+        """Return the coach as a `Wagon`."""
         made = Wagon.erri_b176(self.wheelset_mass, self.primary_stiffness, self.series_springs)
         made = (made if self.dampers else made.without_dampers()).without(*self.without)
         for element in self.elements:

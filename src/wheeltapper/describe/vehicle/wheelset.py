@@ -32,17 +32,17 @@ A faster one is rigid for every measurement, and the march would need ever small
 class Wheelset(Vehicle):
     """A wheelset of mass m under a load P, on a suspension k-c whose other end moves steadily.
 
-    The equation of motion is m·ÿ = -P - m·g - k·y - c·ẏ + N (the paper, equation 2.3), y the displacement upwards;
-    the spring is unstretched at y = 0, the height of first touch, on a stiff track and a deck. On rails that bend it is
-    unstretched in the static state. All values are per wheelset.
+    The equation of motion is m·ÿ = -P - m·g - k·y - c·ẏ + N (the paper, equation 2.3) with the displacement y upwards.
+    On a stiff track and a deck, the spring is unstretched at y = 0, the height of first touch. On rails that bend, it
+    is unstretched in the static state. All values are per wheelset.
 
-    The damper may have a massless end z that moves (docs/theory/motion.rst, section 1.3). With free play the wheel
+    The damper's end may move: a point z without mass (docs/theory/motion.rst, section 1.3). With free play the wheel
     moves between two stops, |y - z| ≤ g. The damper acts, with -c·ẏ, only while the wheel is at a stop and moves
     outwards. Otherwise there is no force, and z rests. With a bush, F = k_b·(y - z) = c·ż: the damper acts only below
     the frequency k_b/c. With both, F = k_b·(y - z ∓ g) beyond the gap, and zero within it.
 
-    Dry friction, bumpstops, corners of the spring and a damper that blows off are beside it (docs/theory/motion.rst,
-    section 1.9). They are given from the static state on level track.
+    The suspension may also have dry friction, bumpstops, a spring with corners and a damper that blows off
+    (docs/theory/motion.rst, section 1.9). Their deflections count from the static state on level track.
 
     Parameters
     ----------
@@ -69,19 +69,19 @@ class Wheelset(Vehicle):
     friction
         Sliding force of dry friction in parallel with the spring, N; 0: none.
     friction_stiffness
-        Stiffness in series with the dry friction, N/m, at most m·1e8/s²: sticking, it is a spring of this stiffness
-        about where it stuck; needed with friction.
+        Stiffness in series with the dry friction, N/m, at most m·1e8/s². While the friction sticks, it is a spring of
+        this stiffness about the place where it stuck. It is needed with friction.
     bumpstop_gap, rebound_gap
-        Compression and extension from the static state at which a bumpstop is met, m; None: none that way.
+        Compression and extension from the static state at which a bumpstop is met, m; None: none in that direction.
     bumpstop_stiffness
-        Of the bumpstops, N/m, at most m·1e8/s².
+        Stiffness of the bumpstops, N/m, at most m·1e8/s².
     spring_corners
-        Where the stiffness of the spring changes, seen from the static state, and what it is beyond: pairs of a
-        compression, m, negative in extension, and a stiffness, N/m; in rising order.
+        Where the stiffness of the spring changes: pairs of a compression from the static state, m, negative in
+        extension, and of the stiffness beyond it, N/m; in rising order.
     blow_off_force
-        Force of the damper either way from which on it gives way, N; None: linear.
+        Force of the damper, in either direction, at which it blows off, N; None: a linear damper.
     blow_off_damping
-        The derivative of its force by the rate from there on, N·s/m, less than `damping`.
+        Slope of the damper's force over the rate beyond `blow_off_force`, N·s/m, less than `damping`.
     """
 
     mass: Mass
@@ -155,7 +155,7 @@ class Wheelset(Vehicle):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """The end of the damper, where it has one of its own, and what is not linear."""
+        """What the march has to handle: a damper's end that moves, and what is not linear."""
         has = {DAMPER_END: self.damper_end, DAMPER_PLAY: self.damper_play > 0.0}
         return kinks_of(self).needs.union(need for need, there in has.items() if there)
 
@@ -166,15 +166,15 @@ class Wheelset(Vehicle):
 
     @property
     def loads(self) -> dict[str, float]:
-        """What it carries, N, by the path of the field."""
+        """The load that it carries, N, by the path of the field that states it."""
         return {"load": float(self.load)}
 
     @property
     def suspensions(self) -> tuple[Suspension, ...]:
-        """The one that it has."""
+        """Its one suspension."""
         return (Suspension("suspension", self, "", float(self.stiffness), float(self.damping)),)
 
     @property
     def plane(self) -> PlaneVehicle:
-        """The wheelset as numbers, for a track that gives way."""
+        """The wheelset as matrices, for a track that deforms."""
         return side_by_side((self,), (0.0,))

@@ -53,7 +53,7 @@ class Wheelsets(Vehicle):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """Several wheelsets, and what each of them needs."""
+        """What the march has to handle: several wheelsets, and what each of them needs."""
         return frozenset({WHEELSETS}).union(*(wheelset.needs for wheelset in self.wheelsets))
 
     @property
@@ -63,12 +63,12 @@ class Wheelsets(Vehicle):
 
     @property
     def loads(self) -> dict[str, float]:
-        """What the wheelsets carry, N, by the paths of the fields."""
+        """The loads that the wheelsets carry, N, by the paths of the fields that state them."""
         return {f"wheelsets.{number}.load": float(one.load) for number, one in enumerate(self.wheelsets)}
 
     @property
     def suspensions(self) -> tuple[Suspension, ...]:
-        """Those of wheelsets that differ."""
+        """The suspensions of wheelsets that differ from each other."""
         kinds = tuple(dict.fromkeys(self.wheelsets))
         if len(kinds) == 1:
             return kinds[0].suspensions
@@ -77,5 +77,5 @@ class Wheelsets(Vehicle):
 
     @property
     def plane(self) -> PlaneVehicle:
-        """The wheelsets as numbers, for a track that gives way."""
+        """The wheelsets as matrices, for a track that deforms."""
         return side_by_side(self.wheelsets, self.positions)

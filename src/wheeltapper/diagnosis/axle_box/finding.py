@@ -34,7 +34,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AxleBoxFinding(Shown):
-    """What the acceleration of an axle box shows of its wheel, and of the rail.
+    """What the acceleration of an axle box shows about its wheel and the rail.
 
     Attributes
     ----------
@@ -47,11 +47,11 @@ class AxleBoxFinding(Shown):
     average, error
         The average turn and its standard error, m/s², (bins,).
     left
-        The acceleration without what is the wheel's and the seats', m/s².
+        The acceleration without the parts that repeat with the wheel and with the seats, m/s².
     joints
-        Flaws of the rail, by place.
+        Flaws of the rail, in the order of their places.
     passing
-        Frequency at which seats are passed, Hz; None where it is not seen.
+        Frequency at which seats are passed, Hz; None if the recording does not show it.
     """
 
     recording: Recording
@@ -65,7 +65,7 @@ class AxleBoxFinding(Shown):
 
     @property
     def reduced(self) -> float | None:
-        """χ² per bin that the best flat leaves; None where the wheel has none."""
+        """χ² per bin that the best flat leaves; None without a flat."""
         best = self.seen.best
         return None if best is None else best.chi / best.readings
 
@@ -86,7 +86,7 @@ class AxleBoxFinding(Shown):
 
     @property
     def probabilities(self) -> dict[str, float]:
-        """Of the flats that were fitted, and of "healthy"; of the verdict alone where the wheel has no flat."""
+        """Probabilities of the fitted flats and of "healthy"; without a flat, of the verdict alone."""
         best = self.seen.best
         if best is None:
             return {self.verdict: 1.0}
@@ -96,7 +96,8 @@ class AxleBoxFinding(Shown):
     def sizes(self) -> dict[str, tuple[float, tuple[float, float]]]:
         """Size, m, and its 90 % interval of each fault that was found, by its name.
 
-        It is the length of a flat, and of a wheel out of round the amplitude of the order that stands out most.
+        The size of a flat is its length. That of a wheel out of round is the amplitude of the order that stands out
+        most.
         """
         if self.verdict == OutOfRoundWheel.name:
             return {self.verdict: order_size(self.seen.orders)}
@@ -105,7 +106,7 @@ class AxleBoxFinding(Shown):
 
     @property
     def rail_length(self) -> float | None:
-        """Distance at which joints come again, m; None where they do not."""
+        """Distance at which joints repeat, m; None if they do not."""
         return distance_of(np.array([one.place for one in self.joints]))
 
     @property
@@ -145,7 +146,7 @@ class AxleBoxFinding(Shown):
         return f"{said}." if apart is None else f"{said}; they come every {apart:.2f} m."
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything but samples, in SI units."""
+        """Return everything except samples, in SI units."""
         size, _ = self.sizes.get(self.verdict, (None, None))
         turns, best = self.wheel.turns, self.seen.best
         return {

@@ -42,7 +42,7 @@ SHORTEST, LONGEST = 5.0, 120.0
 
 
 class RailFlaw(NamedTuple):
-    """What the rail has at a place.
+    """A flaw of the rail.
 
     Attributes
     ----------
@@ -51,11 +51,11 @@ class RailFlaw(NamedTuple):
     kind
         "dipped joint", "dip" of another or of an unknown shape, or "weld": upwards.
     height
-        Of its middle, m, upwards.
+        Height of its middle, m, positive upwards.
     interval
-        Of 90 %.
+        The 90 % interval of the height, m.
     length
-        m.
+        Length, m.
     peak
         Largest acceleration, m/s².
     """

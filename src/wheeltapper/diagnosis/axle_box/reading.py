@@ -63,22 +63,23 @@ class Parts(NamedTuple):
 def diagnose_axle_box(
     recording: Recording | str | Path, site: Site | str | Path, *, speed: float | str | None = None
 ) -> AxleBoxFinding:
-    """Return what the acceleration of an axle box shows of its wheel, and of the rail.
+    """Diagnose a wheel, and find flaws of the rail, from the acceleration of an axle box.
 
     Parameters
     ----------
     recording
-        Of a "vertical acceleration" at a steady speed, over six turns of the wheel or more; or the path of its file.
+        Recording of the quantity "vertical acceleration" at a steady speed, over six turns of the wheel or more; or the
+        path of its file.
     site
-        The track and the wheel on it, with its `static_force`; or the path of the TOML file.
+        Site with the track, the wheel and its `static_force`; or the path of its TOML file.
     speed
-        Measured, m/s or as "80 km/h"; by default that of the recording.
+        Measured speed, m/s or as "80 km/h"; by default that of the recording.
 
     Raises
     ------
     InputError
-        If the recording is of something else, too short, of too low a rate, or without a speed; if the site says too
-        little.
+        If the recording is of another quantity, too short, of too low a rate, or without a speed; or if the site does
+        not state enough.
     """
     if not isinstance(recording, Recording):
         recording = read_recording(recording, quantity="vertical acceleration")

@@ -61,17 +61,17 @@ class Flat(NamedTuple):
     shape
         "fresh" or "rounded".
     values
-        Of the wheel and the track, by path.
+        Values of the wheel and the track, by path.
     names
-        Of what was free.
+        Names of the free values.
     deviations
-        Standard deviations of the logarithms of these; of the shift in s.
+        Standard deviations of the logarithms of the free values; that of the shift is in s.
     shift
-        Where on the turn the flat strikes, s after the turn's begin.
+        When the flat strikes, s after the beginning of the turn.
     chi, logarithm
-        χ² with what was known before, and the logarithm of the determinant of the covariance.
+        χ², including deviations from what was known before, and the logarithm of the determinant of the covariance.
     readings
-        How many accelerations were compared.
+        Number of accelerations that were compared.
     flawless
         χ² of a wheel without a flat, with the same weights.
     average
@@ -91,12 +91,12 @@ class Flat(NamedTuple):
 
     @property
     def misfit(self) -> float:
-        """What fits of the same average differ in."""
+        """Measure by which fits of the same average are compared: the smaller, the better."""
         return self.chi + self.logarithm
 
     @property
     def length(self) -> float:
-        """Of the flat, m."""
+        """Length of the flat, m."""
         return self.values[LENGTH]
 
     @property
@@ -112,13 +112,13 @@ class WheelSeen(NamedTuple):
     Attributes
     ----------
     flats
-        That were fitted, the better one first; none where nothing speaks for one.
+        Fitted flats, the better one first; empty without evidence of a flat.
     gain
-        By how much the best lowers χ²; without a fit, by how much the nearest of the flats that were looked for does.
+        By how much the best flat lowers χ²; without a fit, by how much the nearest of the tried flats does.
     orders
-        How much the wheel is out of round, besides the flat.
+        Out-of-roundness of the wheel, besides the flat.
     lengths
-        Of fresh flats that would be found at half of the circumference, and at nine tenths, m.
+        Lengths of fresh flats that would be found on half and on nine tenths of the circumference, m.
     """
 
     flats: tuple[Flat, ...]
@@ -128,7 +128,7 @@ class WheelSeen(NamedTuple):
 
     @property
     def best(self) -> Flat | None:
-        """The flat; None where the wheel has none."""
+        """The best flat; None if the wheel has none."""
         found = self.flats and self.gain >= NEEDED and self.flats[0].length >= SMALLEST
         return self.flats[0] if found else None
 

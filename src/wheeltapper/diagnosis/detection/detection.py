@@ -105,8 +105,11 @@ class Detection(Shown):
         level
             Confidence level, pointwise: probability that the bound lies below the true value at one size.
 
-        Returns ------- Probabilities in the shape of the sizes. NaN if the method needs the normal approximation and it
-        does not hold.
+        Returns
+        -------
+        numpy.ndarray
+            Probabilities in the shape of the sizes. NaN if the method needs the normal approximation and it does not
+            hold.
 
         Raises
         ------
@@ -134,8 +137,11 @@ class Detection(Shown):
         level
             Confidence level: probability that the bound lies above the true size. By default the estimate is returned.
 
-        Returns ------- The size. Infinite if no size is detected with that probability, or if the data do not prove
-        that one is. NaN if the data do not determine it.
+        Returns
+        -------
+        float
+            The size. Infinite if no size is detected with that probability, or if the data do not prove that one is.
+            NaN if the data do not determine it.
 
         Raises
         ------

@@ -66,9 +66,9 @@ class Fault(Shown):
     assessed
         Whether `assess` computes it if no faults are named.
     far
-        Of a plain fault: whether it is so far from health that a fit starts from it as well.
+        For a plain fault: whether it differs so much from a healthy wheelset that a fit starts from it as well.
     alone
-        Of a fault that acts throughout: whether `starts` finds its starting models. Otherwise those of `tried` are
+        For a fault that acts throughout: whether `starts` finds its starting models. Otherwise those of `tried` are
         ranked together with the other faults', by their misfit to the beginning of the recording.
     fields
         Fields that it adds to those of a healthy passage, and how they are printed: name, unit, and the factor from SI
@@ -157,7 +157,7 @@ class Fault(Shown):
         raise NotImplementedError
 
     def mistaken(self, healthy: Scenario, found: Scenario) -> list[Scenario]:
-        """Return passages with this fault for which one may be mistaken in which only mass, damping and load differ."""
+        """Return passages with this fault that may look like one in which only mass, damping and load differ."""
         return []
 
     def beside(self, found: Scenario) -> list[Scenario]:
@@ -165,7 +165,7 @@ class Fault(Shown):
         return []
 
     def unseen(self, found: Scenario) -> list[Scenario]:
-        """Return passages that differ from the one found in what a recording may not show."""
+        """Return passages that differ from the one found only in ways that a recording may not show."""
         return []
 
     def also(self, verdict: str, estimate: Estimate) -> bool:
@@ -178,7 +178,7 @@ class Fault(Shown):
 
 
 class Catalogue(Mapping[str, Fault]):
-    """The faults of a wheelset by name, in the order of their ranks: those of this room, and others defined so far."""
+    """The faults of a wheelset by name, in the order of their ranks: the package's, and others defined so far."""
 
     def _kinds(self) -> dict[str, type[Fault]]:
         kinds = [kind for kind in registered_in(ROOM).values() if not is_abstract(kind)]

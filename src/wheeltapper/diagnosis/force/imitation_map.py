@@ -29,15 +29,15 @@ def imitation_map(
     site
         The site, or the path of its TOML file. The damping ratio of its deck is kept: C_d grows with √(K·M).
     masses, stiffnesses
-        M, kg, and K, N/m, of the decks.
+        Masses M, kg, and stiffnesses K, N/m, of the decks.
     frequencies
-        Hz.
+        Frequencies, Hz.
 
     Returns
     -------
     xarray.Dataset
         Over "track.mass", "track.stiffness" and "frequency": `modulus` and `phase` (rad) of the share -M·A/ΔN, and
-        `error`, the modulus of its difference from one. 0.01 is an error of 1 % of the force at that frequency.
+        `error`, the modulus of its difference from one. An `error` of 0.01 is 1 % of the force at that frequency.
 
     Raises
     ------

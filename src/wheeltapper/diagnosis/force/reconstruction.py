@@ -125,7 +125,8 @@ def reconstructed(recording: Recording | str | Path, site: Site | str | Path, me
         "smoother": states y, v, F, F', F'' with white noise F''' (equivalent to a Kalman filter with Rauch's smoother),
         and the bearing. The intensity of the noise is that of maximum likelihood; it varies over time with the force.
 
-        The last two leave out missing samples. Of a clipped sample they use that the true value lies beyond it.
+        The last two leave out missing samples. For a clipped sample they use the fact that the true value lies beyond
+        it.
 
         "auto": the smoother if samples are missing or clipped, or if the signal's rms in the first 36 contact periods
         is less than 60 dB above the noise. Otherwise inertia if the bearing contributes less than 0.3 % at 100 Hz, else
@@ -162,9 +163,9 @@ def imitation(site: Site | str | Path, frequencies: ArrayLike) -> NDArray[np.com
     Parameters
     ----------
     site
-        With its deck; or the path of its TOML file.
+        Site with its deck, or the path of its TOML file.
     frequencies
-        Hz, more than 0; one or an array of them.
+        Frequencies, Hz, more than 0; one or an array of them.
 
     Raises
     ------

@@ -80,7 +80,7 @@ class GaugeLayout(NamedTuple):
     deviations
         Standard deviations of the length, m, (wheels, places); wheels are flats at each speed.
     value, with_model
-        The criterion, m: of these, and with the error of the model, 2.5 % of the length, in them.
+        The criterion, m, of these deviations: without and with the error of the model, 2.5 % of the length.
     """
 
     kind: str
@@ -103,12 +103,12 @@ class GaugeDesign(Shown):
     best
         The layout found.
     even
-        Layouts of as many pairs at equal distances.
+        Layouts with the same number of pairs at equal distances.
     front
         The layouts found for each number of pairs.
     rates
-        The criterion of the best layout where pairs are read at other rates, m, without and with the error of the
-        model, by the rate, Hz.
+        The criterion of the best layout at other sample rates, m, without and with the error of the model; by the rate,
+        Hz.
     candidates
         All layouts that were judged.
     """

@@ -48,7 +48,7 @@ SPEEDS = (10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WheelFinding(Shown):
-    """What gauges show of one wheel.
+    """What gauges show about one wheel.
 
     Attributes
     ----------
@@ -57,9 +57,10 @@ class WheelFinding(Shown):
     passing
         What was recorded of the wheel.
     known
-        Of the site's track and its wheels.
+        What is known of the site's track and its wheels.
     direction
-        1 or -1: places of `sized`, `passing` and `known` grow the way the train runs, x of the site is this times them.
+        1 or -1: places in `sized`, `passing` and `known` grow in the direction in which the train runs. The site's x is
+        `direction` times such a place.
     """
 
     sized: Sized
@@ -69,7 +70,7 @@ class WheelFinding(Shown):
 
     @property
     def reduced(self) -> float | None:
-        """χ² of a reading that the best flat leaves; None where none was fitted."""
+        """χ² per reading that the best flat leaves; None without a flat."""
         best = self.sized.best
         return None if best is None else best.chi / best.readings
 
@@ -81,12 +82,12 @@ class WheelFinding(Shown):
 
     @property
     def free_shape(self) -> FreeShape | None:
-        """The tread that explains what no flat and no waves do; None where they explain it, or nothing does."""
+        """The tread of free shape, if only that explains the readings, and neither a flat nor waves; otherwise None."""
         return self.sized.free
 
     @property
     def out_of_round(self) -> OutOfRound | None:
-        """The waves of a wheel that is out of round; None of others."""
+        """The waves of a wheel that is out of round; None for other verdicts."""
         return self.sized.seen.orders if self.verdict == OutOfRoundWheel.name else None
 
     @property
@@ -96,7 +97,7 @@ class WheelFinding(Shown):
 
     @property
     def probabilities(self) -> dict[str, float]:
-        """After readings of "healthy", each flat, and "other", a tread of free shape; else of the verdict alone."""
+        """Probabilities of "healthy", fitted flats and "other" (a free shape); without a fit, of the verdict alone."""
         best, free = self.sized.best, self.sized.free
         if free is not None:
             flats = {} if best is None else {NAMES[one.shape]: one.misfit for one in self.sized.fits.values()}
@@ -110,7 +111,8 @@ class WheelFinding(Shown):
     def sizes(self) -> dict[str, tuple[float, tuple[float, float]]]:
         """Size, m, and its 90 % interval of each fault that was fitted, by its name.
 
-        It is the length of a flat, and of a wheel out of round the amplitude of the order that stands out most.
+        The size of a flat is its length. That of a wheel out of round is the amplitude of the order that stands out
+        most.
         """
         out = {}
         if self.out_of_round is not None:
@@ -141,20 +143,21 @@ class WheelFinding(Shown):
         return flat_words(self.verdict, self.probabilities[self.verdict], self.sizes, self.sized.alike)
 
     def outlook(self, speeds: ArrayLike = SPEEDS, static_forces: ArrayLike | None = None) -> xr.Dataset:
-        """Return the peaks that the wheel will make at other speeds and loads.
+        """Return the peak forces that the wheel will cause at other speeds and loads.
 
         Parameters
         ----------
         speeds
-            m/s, or as "80 km/h".
+            Speeds, m/s or as "80 km/h".
         static_forces
-            Of the wheel, N or as "90 kN"; by default as it was.
+            Static forces of the wheel, N or as "90 kN"; by default that of the passage.
 
         Returns
         -------
         xarray.Dataset
-            Over `speed`, `static_force` and `quantile` ("low", "median", "high": 5, 50 and 95 % of what the fit leaves
-            open, the flat's kind, too, and the place of the strike in a bay): largest_force and largest_below_500, N.
+            Over `speed`, `static_force` and `quantile`: largest_force and largest_below_500, N. The quantiles "low",
+            "median" and "high" are those of 5, 50 and 95 %: over what the fit leaves open, including the flat's kind,
+            and over the place of the strike in a bay.
 
         Raises
         ------
@@ -173,21 +176,21 @@ class WheelFinding(Shown):
     def breaking_speed(
         self, limit: float | str, *, below_500: bool = False, static_force: float | str | None = None
     ) -> dict[str, float | None]:
-        """Return the lowest speed at which the wheel's peak will be more than a limit, m/s; None: none up to 40 m/s.
+        """Return the lowest speed at which the wheel's peak will exceed a limit, m/s; None: none up to 40 m/s.
 
         Parameters
         ----------
         limit
-            Of one wheel's force, N or as "350 kN".
+            Limit of one wheel's force, N or as "350 kN".
         below_500
-            Whether it is a limit below 500 Hz.
+            Whether the limit is one of the force below 500 Hz.
         static_force
-            Of the wheel, as for `outlook`.
+            Static force of the wheel, as for `outlook`.
 
         Returns
         -------
         dict
-            Of the median peak, and of the "high" and "low" ones, between which nine of ten lie.
+            The speed for the "median" peak, and for the "high" and "low" ones, between which nine of ten peaks lie.
         """
         most = as_quantity(limit, "limit", "force")
         peaks = self.outlook(static_forces=static_force)["largest_below_500" if below_500 else "largest_force"]
@@ -202,21 +205,21 @@ class WheelFinding(Shown):
         self, limit: float | str, speed: float | str, *, below_500: bool = False,
         static_force: float | str | None = None,
     ) -> dict[str, float | None]:  # fmt: skip
-        """Return the length from which on the wheel's peak at a speed is more than a limit, m; None: from none on.
+        """Return the length from which on the wheel's peak at a speed exceeds a limit, m; None: none does.
 
         Parameters
         ----------
         limit
-            Of one wheel's force, N or as "350 kN".
+            Limit of one wheel's force, N or as "350 kN".
         speed
-            m/s, or as "80 km/h".
+            Speed, m/s or as "80 km/h".
         below_500, static_force
             As for `breaking_speed`.
 
         Returns
         -------
         dict
-            Of the median peak, and of the "high" and "low" ones, between which nine of ten lie.
+            The length for the "median" peak, and for the "high" and "low" ones, between which nine of ten peaks lie.
         """
         most = as_quantity(limit, "limit", "force")
         name = "largest_below_500" if below_500 else "largest_force"
@@ -244,7 +247,7 @@ class WheelFinding(Shown):
         ]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything but samples, in SI units."""
+        """Return everything except samples, in SI units."""
         best, shown = self.sized.best, self.sized.shown
         own, free = best is not None and self.verdict != NOT_EXPLAINED, self.sized.free
         told = self.sized.flaw if own or free is not None else None

@@ -94,21 +94,21 @@ class FreeShape(NamedTuple):
     Attributes
     ----------
     tread
-        The estimate.
+        The estimated tread.
     deviations
-        Standard deviations at its places, m.
+        Standard deviations of the estimate at its places, m.
     values
-        Of the wheel and the track.
+        Values of the wheel and the track.
     parts
-        Its hollows, or what is built up, the largest first.
+        Its hollows and built-up places, the largest first.
     chi, readings
-        χ² with the deviations from what was known before, and the number of readings.
+        χ², including deviations from what was known before, and the number of readings.
     flawless
         χ² of a wheel without a flaw.
     misfit
-        What fits of the same readings differ in.
+        Measure by which fits of the same readings are compared: the smaller, the better.
     gains, zeros
-        Of the sensors, as in a `Fit`.
+        Gains and zero lines of the sensors, as in a `Fit`.
     off_rail
         Share of the time at which the wheel does not touch the rail.
     """
@@ -127,12 +127,12 @@ class FreeShape(NamedTuple):
 
     @property
     def shape(self) -> Tread:
-        """The tread, by the name that a flat's shape has."""
+        """The tread, under the name that a fitted flat has for its shape."""
         return self.tread
 
     @property
     def reduced(self) -> float:
-        """χ² of a reading that it leaves."""
+        """χ² per reading that it leaves."""
         return self.chi / self.readings
 
     @property

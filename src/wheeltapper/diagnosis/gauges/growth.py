@@ -31,23 +31,23 @@ RENEWED, STRUCK = "renewed", "new flat"
 
 
 class Passed(NamedTuple):
-    """What a passage of a wheel shows.
+    """What one passage of a wheel shows.
 
     Attributes
     ----------
     at
-        When it was, or after which distance.
+        Time of the passage, or the distance run until then.
     length
-        Of the flat, m; NaN of a healthy wheel.
+        Length of the flat, m; NaN for a healthy wheel.
     kind
         "wheel flat", "rounded flat", or "healthy".
     own
-        Standard deviation of the length that is of this passage alone, over the length.
+        Relative standard deviation of the length from causes of this passage alone.
     common
-        By how much the length is off, over the length, if a value that all passages share is off by its standard
-        deviation, by the value's name.
+        Relative error of the length if a value that all passages share is wrong by its standard deviation; by the
+        value's name.
     unseen
-        Lengths of fresh flats that would have been found on half of the circumference, m, and on nine tenths.
+        Lengths of fresh flats that would have been found on half and on nine tenths of the circumference, m.
     """
 
     at: float
@@ -66,17 +66,17 @@ class Course(NamedTuple):
     first, last
         When the first and the last passage were.
     begins
-        "renewed": the flat has gone, or is much shorter; "new flat": it is much longer. Of the first course "".
+        "renewed": the flat has gone, or is much shorter; "new flat": it is much longer. "" for the first course.
     kinds
-        Of the flat, each with the passage from which on it is of that kind.
+        Kinds of the flat, each with the passage from which on it has this kind.
     found, healthy
-        How many passages show the flat, and no flat.
+        Numbers of passages that show the flat, and of those that show none.
     line
         Length, m, at `centre`, and its rate, m per unit; none without a flat.
     covariance
-        Of these two.
+        Covariance of these two.
     centre
-        Where the line has that length.
+        Time or distance at which the line has that length.
     """
 
     first: float
@@ -102,19 +102,20 @@ class Growth(Shown):
     Attributes
     ----------
     passages
-        In the order of time, those that say nothing of a flat left out.
+        Passages in the order of time, without those that say nothing about a flat.
     courses
-        From one renewal of the wheel to the next.
+        Courses, each from one renewal of the wheel to the next.
     unit
-        Of `Passed.at` and of one over rates.
+        Unit of `Passed.at`; rates are per this unit.
     start
         The time at which `at` is 0, if passages had times; else "".
     reduced
-        χ² of the lines over its degrees of freedom; None where there are none.
+        χ² of the lines per degree of freedom; None without any degrees of freedom.
     holds
-        Whether lines explain the lengths. If not, intervals are as much wider as the root of `reduced`.
+        Whether lines explain the lengths. If not, intervals are wider by the square root of `reduced` as a factor.
     silent
-        How many passages said nothing: wheels that were not looked at, out of round, or not explained.
+        Number of passages that say nothing about a flat: the wheel was not examined, was out of round, or was not
+        explained.
     """
 
     passages: tuple[Passed, ...]
@@ -127,12 +128,12 @@ class Growth(Shown):
 
     @property
     def renewals(self) -> tuple[float, ...]:
-        """The first passages after the wheel was turned or replaced."""
+        """Times or distances of the first passages after the wheel was turned or replaced."""
         return tuple(one.first for one in self.courses if one.begins == RENEWED)
 
     @property
     def rate(self) -> float | None:
-        """Growth since the last renewal, m per unit; None where fewer than two passages show a flat."""
+        """Growth since the last renewal, m per unit; None if fewer than two passages show a flat."""
         last = self.courses[-1]
         return float(last.line[1]) if last.found > 1 else None
 
@@ -146,7 +147,7 @@ class Growth(Shown):
 
     @property
     def length(self) -> float | None:
-        """At the last passage, m; None without a flat."""
+        """Length of the flat at the last passage, m; None without a flat."""
         last = self.courses[-1]
         return last.length(last.last)[0] if last.found else None
 
@@ -160,18 +161,18 @@ class Growth(Shown):
         return length - INTERVAL * deviation, length + INTERVAL * deviation
 
     def reached(self, length: float | str) -> dict[str, float | None]:
-        """Return when the flat will have a length; None: never as it grows now.
+        """Return when the flat will reach a length; None: never, if it grows as it does now.
 
         Parameters
         ----------
         length
-            m, or as "60 mm". With `WheelFinding.breaking_length` it is that from which on a limit is exceeded.
+            Length, m or as "60 mm". `WheelFinding.breaking_length` gives the one from which on a limit is exceeded.
 
         Returns
         -------
         dict
-            "median", and "low" and "high", between which nine of ten lie, in `unit`. It is the last passage if the
-            flat has that length already.
+            Time or distance in `unit`: its "median", and "low" and "high", between which it lies with a probability of
+            nine in ten. It is that of the last passage if the flat has the length already.
         """
         asked = as_quantity(length, "length", "length", positive=True)
         last = self.courses[-1]
@@ -188,7 +189,7 @@ class Growth(Shown):
         }
 
     def time(self, at: float) -> str:
-        """Return a time or distance as text: the minute, if passages had times."""
+        """Return a time (to the minute) or a distance as text."""
         if not self.start:
             return f"{self.unit} {at:.6g}"
         return str(np.datetime64(self.start, "m") + np.timedelta64(round(1440.0 * at), "m")).replace("T", " ")
@@ -211,7 +212,7 @@ class Growth(Shown):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What else is to be said: renewals, kinds that change, lines that do not hold, passages that say nothing."""
+        """Notes on renewals, changed kinds, lines that do not explain the lengths, and passages that say nothing."""
         said = [f"{one.begins} before {self.time(one.first)}" for one in self.courses if one.begins]
         for course in self.courses:
             said += [f"a {kind} from {self.time(at)} on" for kind, at in course.kinds[1:]]
@@ -228,7 +229,7 @@ class Growth(Shown):
         return tuple(said)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything, in SI units but for `unit`."""
+        """Return everything, in SI units except for `unit`."""
         return {
             "unit": self.unit, "start": self.start, "length": self.length, "length_interval": self.length_interval,
             "rate": self.rate, "rate_interval": self.rate_interval, "renewals": list(self.renewals),
@@ -248,11 +249,11 @@ class Growth(Shown):
 def wheel_growth(
     passages: Sequence[WheelFinding | Mapping[str, Any]], at: Sequence[Any], *, unit: str = "passage"
 ) -> Growth:
-    """Return how the flat of one wheel grows over its passages of one site with gauges and a `track`.
+    """Return how the flat of one wheel grows from passage to passage at one site with gauges and a `track`.
 
-    A line is fitted to the lengths. Errors of track, contact, wheel and gains are the same at all passages: they count
-    for the length, hardly for its growth. Passages at which the wheel seemed healthy count with the lengths that would
-    have been found. Where the flat has gone, or is suddenly much shorter or longer, a new line begins.
+    A line is fitted to the lengths. Errors of track, contact, wheel and gains are the same at all passages: they affect
+    the length, but hardly its growth. Passages at which the wheel seemed healthy are used, too, with the lengths that
+    would have been found. If the flat has gone, or is suddenly much shorter or longer, a new line begins.
 
     Parameters
     ----------
@@ -260,10 +261,10 @@ def wheel_growth(
         What each passage showed of this wheel: a `WheelFinding`, the entry of the wheel in `TrainFinding.axles`, or its
         "finding".
     at
-        When they were: times, as "2026-11-23T08:12" or `numpy.datetime64`; or numbers, such as kilometres run. Any
-        order.
+        When the passages were, in any order: times, as "2026-11-23T08:12" or `numpy.datetime64`; or numbers, such as
+        kilometres run.
     unit
-        Of numbers; with times it is the day.
+        Unit of these numbers; for times it is the day.
 
     Returns
     -------
@@ -273,7 +274,8 @@ def wheel_growth(
     Raises
     ------
     InputError
-        If numbers of passages and times differ, a passage is none, or none says whether there is a flat.
+        If the numbers of passages and times differ, something given is no passage, or no passage says whether there is
+        a flat.
     """
     given = as_list(passages, "passages", "findings of one wheel")
     check_text(unit, "unit")

@@ -35,11 +35,11 @@ class OutOfRound(NamedTuple):
     Attributes
     ----------
     gain
-        By how much it lowers χ², less what as many waves explain by chance.
+        By how much the waves lower χ², less what as many waves would explain by chance.
     amplitudes, deviations
-        Of the orders 1, 2, ..., m, and their standard deviations.
+        Amplitudes of the orders 1, 2, ..., and their standard deviations, m.
     phases
-        Of the orders, rad: the deviation is Σ amplitude·cos(order·θ + phase), θ = (x - place)/R.
+        Phases of the orders, rad: the deviation is Σ amplitude·cos(order·θ + phase), θ = (x - place)/R.
     place
         Where the wheel's angle is zero, m along the track.
     """
@@ -57,12 +57,12 @@ class OutOfRound(NamedTuple):
 
     @property
     def known(self) -> list[int]:
-        """Orders whose amplitudes are known to a quarter of them."""
+        """Orders whose amplitudes are known to within a quarter of their values."""
         return [int(one) + 1 for one in np.flatnonzero(self.deviations < KNOWN * self.amplitudes)]
 
     @property
     def unknown(self) -> list[int]:
-        """Orders of which the readings say little: less than twice what was known before."""
+        """Orders that the readings hardly determine: less than twice as well as they were known before."""
         orders = np.arange(1, len(self.deviations) + 1)
         return [int(one) for one in orders[self.deviations > 0.5 * USUAL / orders]]
 

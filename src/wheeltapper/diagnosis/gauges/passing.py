@@ -54,19 +54,19 @@ class Passing:
     Attributes
     ----------
     sensors
-        Of the columns; places in m along the track.
+        Sensors of the columns; their places are in m along the track.
     rate
         Samples per second, Hz.
     readings
-        Over the sensors' gains, N, (samples, sensors).
+        Readings divided by the sensors' gains, N, (samples, sensors).
     used
-        Which of these count, (samples, sensors).
+        Which readings count, (samples, sensors).
     place, speed, static_force
         Where the wheel is at the first sample, m, its speed, m/s, and its static force, N, as measured without a model.
     noise
         Standard deviation of the noise of a sample, N.
     doubt
-        Of what was taken away of readings, (samples, sensors), N; None where nothing was.
+        Standard deviation of what was subtracted from the readings, (samples, sensors), N; None if nothing was.
     """
 
     sensors: tuple[BetweenPlaces, ...]
@@ -141,7 +141,7 @@ class Tread:
 
     @property
     def angles(self) -> FloatArray:
-        """Of the deviations, rad."""
+        """Angles of the deviations, rad."""
         return 2.0 * pi * np.arange(len(self.deviations)) / len(self.deviations)
 
     def irregularity(self, begins: float, radius: float) -> Irregularity:

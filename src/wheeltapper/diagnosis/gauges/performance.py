@@ -58,9 +58,9 @@ class GaugePerformance(Shown):
     chart
         Over `side`, `fault`, `speed`, `static_force`, `size` and `place` (on the wheel, as a share of its turn):
         `probability` of detection and `deviation` of the length, m. Over all but `size`: `smallest`, the length that is
-        found with 90 %, m; infinite if none of the sizes is.
+        found with a probability of 90 %, m; infinite if none of the sizes is.
     false_calls
-        Wheels without a flaw of which the scan demands a fit: calls before it.
+        Wheels without a flaw for which the scan demands a fit. They are counted before that fit.
     """
 
     site: Site

@@ -102,17 +102,18 @@ class Sized:
     Attributes
     ----------
     fits
-        Of flats by shape, "fresh" and "rounded"; none where nothing speaks for a flat.
+        Fits of flats by shape, "fresh" and "rounded"; empty without evidence of a flat.
     gain
-        By how much the best of them lowers χ² of a wheel without a flaw; without a fit, by how much the scan says.
+        By how much the best fit lowers the χ² of a wheel without a flaw; without a fit, the scan's value of it.
     seen
-        What its readings show before a fit.
+        What the wheel's readings show before a fit.
     runs
-        How many runs it took.
+        Number of runs that it took.
     shown
-        What the best flat does, or the tread of free shape; None of a wheel that counts as healthy.
+        Motion and forces of the model with the best flat, or with the tread of free shape; None for a wheel that counts
+        as healthy.
     free
-        The tread of free shape that explains what no flat and no waves do; None where they explain it.
+        The tread of free shape, if neither a flat nor waves explain the readings; otherwise None.
     """
 
     fits: Mapping[str, Fit]
@@ -124,7 +125,7 @@ class Sized:
 
     @property
     def best(self) -> Fit | None:
-        """The flat that explains most; None where the wheel counts as healthy."""
+        """The flat that explains most; None if the wheel counts as healthy."""
         best = min(self.fits.values(), key=lambda one: one.misfit, default=None)
         return None if best is None or self.gain < NEEDED or best.values[LENGTH] < SMALLEST else best
 
@@ -137,12 +138,12 @@ class Sized:
 
     @property
     def flaw(self) -> Fit | FreeShape | None:
-        """What is told: the tread of free shape if there is one, or the best flat."""
+        """What is reported: the tread of free shape if there is one, or the best flat."""
         return self.free or self.best
 
     @property
     def leaves_much(self) -> bool:
-        """Whether it is worth asking for a tread of free shape."""
+        """Whether it is worth fitting a tread of free shape."""
         if self.best is not None:
             return self.best.chi > ASKED * self.best.readings
         return self.seen.gain > SCREENED or self.seen.reduced > ODD

@@ -28,18 +28,18 @@ DRAWN, FINELY = 400, 1500
 
 
 class Part(NamedTuple):
-    """A hollow of a tread, or what is built up on it.
+    """A hollow of a tread, or a built-up place on it.
 
     Attributes
     ----------
     size
         Its largest deviation from the tread's median, m, as far as a rail reaches; missing material is negative.
     length
-        Over which it deviates by more than `EDGE` of that, m.
+        Length over which it deviates by more than `EDGE` of its size, m.
     angle
-        Of its middle, rad from where `Tread.place` meets the rail.
+        Angle of its middle, rad, counted from the point that meets the rail at `Tread.place`.
     size_interval, length_interval
-        Of 90 %.
+        The 90 % intervals of size and length, m.
     """
 
     size: float

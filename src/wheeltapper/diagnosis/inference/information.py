@@ -61,13 +61,13 @@ class Information(Shown):
     named
         Number of named fields; they have no prior.
     speeds
-        (passages,) m/s.
+        (passages,) speeds, m/s.
     factors
-        (passages, paths, paths) R of the samples alone.
+        (passages, paths, paths) triangle R of the information from the samples alone.
     beliefs
         (paths,) reciprocal of the standard deviation of the prior of each logarithm; zero without a prior.
     largest_force, signal
-        (passages,) of the contact, N, and rms of the deck's acceleration, m/s².
+        (passages,) largest contact force, N, and rms of the deck's acceleration, m/s².
     """
 
     site: Site
@@ -158,7 +158,7 @@ def information(
     noise: float | None = None,
     rate: float | None = None,
 ) -> Information:
-    """Return the information of passages over a site on some fields, given how well the site is known.
+    """Return the Fisher information of passages over a site on some fields, given how well the site is known.
 
     Parameters
     ----------
@@ -168,13 +168,13 @@ def information(
     parameters
         Paths of the fields in question. They have no prior, whatever the site states.
     speeds
-        m/s; by default that of the passage. Recordings have the same duration at all speeds.
+        Speeds, m/s; by default that of the passage. Recordings have the same duration at all speeds.
     together
         Groups of paths with one common relative error, such as heights measured by one gauge; the uncertainty is that
         of the first. Fields in no group err independently.
     trigger
         Standard deviation of the time of the trigger, s. Zero if time zero is exactly at x = 0. Infinite if only the
-        recording itself shows when the wheel came.
+        recording itself shows when the wheel arrived.
     noise
         Standard deviation of the samples, m/s²; by default as the sensor states it.
     rate

@@ -172,10 +172,10 @@ def design_site(
     progress: Progress = True,
     **older: Any,
 ) -> Design | GaugeDesign:
-    """Design the rail of a deck so that passages give most information on some fields; or the places of gauges.
+    """Design the rail over a deck for most information on some fields, or find the best places of gauges.
 
-    Of a site with pairs of shear gauges on a `track` those places are found from which the length of a flat is known
-    best, in the mean over the wheel's circumference.
+    At a site with pairs of shear gauges on a `track`, the places of the pairs are found from which the length of a flat
+    is known best, in the mean over the wheel's circumference.
 
     Parameters
     ----------
@@ -183,24 +183,25 @@ def design_site(
         The site, or the path of its TOML file. Deck, sensor, vehicle and uncertainties are kept; the rail is replaced.
         Each feature has the uncertainty of the site's first one ("irregularity.0.height" and so on). All recordings
         last 36 contact periods longer than the slowest passage over the total length, or as long as the site's if that
-        is longer. Of a site with gauges the pairs are replaced by copies of the first one, in other bays of the track.
+        is longer. At a site with gauges the pairs are replaced by copies of the first one, in other bays of the track.
     parameters
         Paths of the fields in question; they have no prior.
     speeds
-        m/s. None: the speed of the passage, or the "speed" that `vary` bounds. Before gauges, by default 20 m/s.
+        Speeds, m/s. None: the speed of the passage, or the "speed" that `vary` bounds. With gauges, by default 20 m/s.
     rail
-        What the rail may have on it, beside or instead of RAIL. "number", "shapes": of features, and which of "bump",
-        "dip", "step up" and "step down" each of them may be. "heights", "lengths", "spacing": bounds, m, of magnitudes,
-        and of the distance from one start to the next; over features longer than 0.4 m the bogie, whose inertia the
-        wheelset's model leaves out, begins to move. "total_length", "largest_force": limits, m and N; the force at
-        every speed.
-        Of a site with gauges what pairs may be on it, beside or instead of `gauges.design.GAUGES`. "number": of pairs.
-        "cribs": bays of the track that may have a pair, a number of them from the first pair's on, or a list where the
-        first pair's is 0; they lie within 16 bays. "flats": as the `faults` of `wheeltapper.diagnosis.assess`.
-        "static_force", "noise": of a wheel and of a sample, N. "criterion": "root mean square" or "90 % quantile" of
-        the standard deviations of the length, at 24 places of the circumference, at all speeds, of all flats. "front":
-        other numbers of pairs that are designed, too. "rates": other rates at which the pairs found are judged, Hz,
-        with the same noise of a sample. Other arguments than this and `speeds` are for decks.
+        What may be on the rail; what is not given is as in RAIL. "number": how many features there are. "shapes": which
+        of "bump", "dip", "step up" and "step down" each feature may be. "heights", "lengths", "spacing": bounds, m, of
+        magnitudes, and of the distance from one start to the next; over features longer than 0.4 m the bogie, whose
+        inertia the wheelset's model leaves out, begins to move. "total_length", "largest_force": limits, m and N; that
+        of the force holds at every speed.
+        At a site with gauges, the pairs that may be on the rail; what is not given is as in `gauges.design.GAUGES`.
+        "number": how many pairs there are. "cribs": bays of the track that may have a pair, either how many from the
+        first pair's bay on, or a list in which the first pair's bay is 0; they lie within 16 bays. "flats": as the
+        `faults` of `wheeltapper.diagnosis.assess`. "static_force", "noise": of a wheel and of a sample, N. "criterion":
+        "root mean square" or "90 % quantile" of the standard deviations of the length, over 24 places of the
+        circumference, all speeds and all flats. "front": other numbers of pairs for which places are found, too.
+        "rates": other sample rates, Hz, at which the pairs found are judged, with the same noise of a sample. Other
+        arguments than this and `speeds` are for decks.
     vary
         By path, bounds of other fields that are chosen, too, such as "track.mass". They are also chosen for the layouts
         of the comparison.
@@ -217,12 +218,12 @@ def design_site(
     progress
         As for `wheeltapper.simulate`.
     older
-        What stands in `rail`, by names of its own: what `rail` has replaced.
+        Older keywords for the entries of `rail`, which has replaced them.
 
     Returns
     -------
     Design or GaugeDesign
-        The latter of a site with gauges on a track.
+        GaugeDesign for a site with gauges on a track.
 
     Raises
     ------

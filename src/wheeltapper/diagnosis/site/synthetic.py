@@ -56,14 +56,14 @@ def synthesise(
         Number of passages.
     fault, size
         Name in the catalogue, and size in its unit, or a range (low, high) in which it is drawn uniformly; by default
-        none, and the usual size. Or a `Condition`, which also says where on the wheel's circumference it is.
+        no fault, and the usual size. Or a `Condition`, which also says where on the wheel's circumference it is.
     changes
-        By path, values that differ from the site's passage.
+        Values that differ from the site's passage, by their paths.
     seed
         Seed of the random numbers. Recording n does not depend on `count`. With a fault it has the same relative
         deviations of speed, height and so on as without.
     vary
-        Whether the uncertain fields are drawn, about the faulty passage; otherwise they are as stated.
+        Whether the uncertain fields are drawn at random, about the faulty passage; otherwise they are as stated.
     noise
         Standard deviation of the samples' noise, m/s²; by default the sensor's.
     neighbour

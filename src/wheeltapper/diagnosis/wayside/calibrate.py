@@ -66,9 +66,9 @@ def calibrate_site(
 ) -> Calibration:
     """Calibrate a site by the traffic that its sensors recorded.
 
-    Gains relative to one another, and places of gauges but for a common shift and stretch, follow from wheels that pass
-    all sensors of a rail; the gains' scale from a vehicle of known loads. Of a site with a `track` its uncertain values
-    follow from what healthy wheels show of the seats and of roughness: no strike is needed.
+    Wheels that pass all sensors of a rail show the gains relative to one another, and the places of gauges except for a
+    common shift and stretch. The scale of all gains follows from a vehicle of known loads. The uncertain values of a
+    site with a `track` follow from what healthy wheels show of the seats and of roughness: no strike is needed.
 
     Parameters
     ----------
@@ -81,13 +81,14 @@ def calibrate_site(
     places
         Standard deviation of the stated places of gauges, m.
     period
-        "year", "quarter" or "month": the same for the recordings of each, by the time in their names.
+        "year", "quarter" or "month": the recordings of each are also evaluated by themselves, by the times in their
+        names.
 
     Returns
     -------
     Calibration
-        Each value before and after, what stays unknown, what the traffic contradicts, how values drift, and the site
-        with them.
+        Each value before and after, the values that stay unknown, the stated values that the traffic contradicts, how
+        values drift, and the site with the new values.
 
     Raises
     ------

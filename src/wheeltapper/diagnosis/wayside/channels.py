@@ -83,9 +83,9 @@ def read_channels(
     Parameters
     ----------
     files
-        A path, or several: left and right, one for each channel, or all in one. A column belongs to the sensor that
-        bears its name, or its number in the file; a file with one column to the sensor with the file's name. Where no
-        column bears a sensor's name, its `column` counts.
+        A path, or several: one for each rail, one for each channel, or one for all channels. A column belongs to the
+        sensor with its name, or with its number in the file; the column of a file with one column to the sensor with
+        the file's name. If no column has a sensor's name, the sensor's `column` counts.
     site
         The site, or the path of its TOML file.
     apart, largest
@@ -94,8 +94,8 @@ def read_channels(
     Returns
     -------
     dict
-        The recording of each sensor, by its name; that of a deck's sensor with a name, too, if it is there. Files share
-        one clock: times are those in them, or begin together.
+        The recording of each sensor, by its name; also that of a deck's sensor, if it has a name and is there. Files
+        share one clock: the times in the files count; without times, all files begin together.
 
     Raises
     ------

@@ -61,9 +61,9 @@ def measure_trains(
 ) -> tuple[TrainFinding, ...]:
     """Measure the trains in recordings of a track's sensors, without a model.
 
-    Axles are found in each channel and told by all of them together; speed and direction follow from the channels'
-    places, or from known distances of axles; bogies and vehicles from the axles' distances. Forces are those of each
-    wheel while it is on the sensors of its rail. What strikes elsewhere is not measured.
+    Axles are found in each channel, and all channels together tell which pulses belong to one axle. Speed and direction
+    follow from the channels' places, or from known distances of axles. Bogies and vehicles follow from the axles'
+    distances. Forces are measured while a wheel is on the sensors of its rail. Strikes elsewhere are not measured.
 
     Parameters
     ----------
@@ -72,24 +72,27 @@ def measure_trains(
     site
         The site with its sensors, or the path of its TOML file.
     distances
-        Distances of neighbouring axles of a vehicle that is in each train, m. The speed follows from them where all
+        Distances of neighbouring axles of a vehicle that is in each train, m. The speed follows from them if all
         sensors are at one place.
     rules, countries
-        Alarm rules, or their file; by default those of the package, of all countries.
+        Alarm rules, or the path of their file, by default those of the package; and the countries whose rules are
+        taken, by default all.
     name, date
         Name of the recording and date of the passage; both are only repeated in the results.
     diagnosed
-        "none", "suspicious" or "all". Of a site with a deck, axles that are diagnosed, too, by the acceleration of its
-        sensor, whose name is that of a column; suspicious are those with strikes, an alarm, or no force. Of a site with
-        a `track`, wheels to whose recording a model of wheel and track is fitted, which gives a flat its length;
-        suspicious are those that strike, or that a wheel without a flaw does not explain. Each takes seconds.
+        What is also diagnosed with a model: "none", "suspicious" or "all". At a site with a deck these are axles, by
+        the acceleration of the deck's sensor, whose name is that of a column; an axle is suspicious if it has strikes,
+        an alarm, or no force. At a site with a `track` these are wheels: a model of wheel and track is fitted to the
+        recording, and gives the length of a flat; a wheel is suspicious if it strikes, or if a wheel without a flaw
+        does not explain its readings. Each takes seconds.
     workers
-        Processes that diagnose; None: one per core. Wheels that feel each other's flats are fitted by one of them.
+        Number of processes that diagnose; None: one per core. Wheels that feel each other's flats are fitted by the
+        same process.
 
     Returns
     -------
     tuple of TrainFinding
-        One for each train, in the order of time; none if no axle is found.
+        One for each train, in the order of time; empty if no axle is found.
 
     Raises
     ------
@@ -359,17 +362,17 @@ def calibrated(
     site
         The site with which the train was measured, or the path of its TOML file.
     train
-        The result of `measure_trains` for that passage: slow, so that forces are static.
+        The result of `measure_trains` for that passage, which has to be slow, so that forces are static.
     loads
-        Known loads by the numbers of the axles, from 1: of the axle, N, half on each rail, or of the left and the right
-        wheel.
+        Known loads, N, by the numbers of the axles, from 1: the load of the axle, half of it on each rail; or those of
+        the left and the right wheel.
 
     Returns
     -------
     Site
         Each sensor's `gain` is its reading divided by the true load, in the mean of all these wheels. Its
-        `gain_uncertainty` is the standard error of that mean. A `ModelWarning` says where gains are no gauge's, as of
-        loads in another unit.
+        `gain_uncertainty` is the standard error of that mean. A `ModelWarning` names gains that no gauge has, for
+        example because the loads have another unit.
 
     Raises
     ------

@@ -26,9 +26,10 @@ class Blind(NamedTuple):
     side
         The rail: "left", "right" or None.
     strikes
-        Share that meets the rail on no sensor, so that no strike of it is named unless it is felt from there.
+        Share that meets the rail beside all sensors. Its strikes are not reported, unless a sensor feels them from
+        there.
     peaks
-        Share on which no peak counts: more is lost near the gauges.
+        Share on which no peak counts. It is larger, since peaks near the gauges do not count either.
     """
 
     side: str | None
@@ -58,24 +59,24 @@ def seen_share(windows: Iterable[tuple[float, float]], turn: float) -> float:
 
 
 def blind_shares(site: Site | str | Path, speed: float | str, radius: float | str | None = None) -> tuple[Blind, ...]:
-    """Return which share of a wheel's turn a site does not see, for each rail; it needs no recording.
+    """Return the share of a wheel's turn that a site does not see, for each rail; no recording is needed.
 
-    A flat on that share strikes where no sensor measures the wheel. A longer row of sensors, or other distances, change
-    it: what is between the sensors at one turn may be on one at the next.
+    A flat on that share strikes where no sensor measures the wheel. The share changes with the length of the row of
+    sensors and with their distances: a place that is between the sensors in one turn may be on one in the next.
 
     Parameters
     ----------
     site
         The site with its sensors, or the path of its TOML file.
     speed
-        Of the train, m/s.
+        Speed of the train, m/s.
     radius
-        Of the wheels, m; None: that of the site.
+        Radius of the wheels, m; None: that of the site.
 
     Raises
     ------
     InputError
-        If the site has no sensors between gauges, or nobody states the radius.
+        If the site has no sensors between gauges, or no radius is stated.
     """
     site, speed = as_any_site(site), as_quantity(speed, "speed", "speed")
     if speed <= 0.0:

@@ -32,25 +32,25 @@ def animate(
 ) -> Path:
     """Write a record as a moving picture, with the contact force beside it and losses of contact shaded.
 
-    A wheel on a stiff track or a deck is shown close up, where it touches: heights are drawn far larger than lengths,
-    the wheel's arc, too, so that indentations and gaps can be seen. Where the wheel rolls as a point, a small disc
-    stands for it. Several wheelsets, and rails on sleepers, are shown from the side; so is a wagon, whose bodies move
-    from where they stood at `start`, on a rail that is drawn straight. The title tells how slow the motion
-    is, and how exaggerated.
+    A wheel on a stiff track or a deck is shown close up, where it touches. Heights, also those of the wheel's arc, are
+    drawn far larger than lengths, so that indentations and gaps can be seen. If the wheel rolls as a point, a small
+    disc stands for it. Several wheelsets, and rails on sleepers, are shown from the side. So is a wagon: its bodies
+    move from where they stood at `start`, on a rail that is drawn straight. The title says how slow the motion is, and
+    how exaggerated.
 
     Parameters
     ----------
     record
         What `wheeltapper.simulate` or `load` returned.
     path
-        A .html, which needs nothing else to be shown and can be stopped and stepped; a .gif; or a .mp4, where the
-        program ffmpeg is installed.
+        A .html, which needs no other files and can be stopped and stepped; a .gif; or a .mp4, if the program ffmpeg is
+        installed.
     start, stop
         The part of the run that is shown, s; by default all of it.
     seconds
-        How long it takes in the film.
+        Duration of the film, s.
     frames_per_second
-        Of the film.
+        Frames per second of the film.
     exaggeration
         How many times larger heights are drawn than lengths; None: as large as fits.
     progress
@@ -64,7 +64,7 @@ def animate(
     Raises
     ------
     InputError
-        If an argument is wrong, the run is too short, or the file needs what is not installed.
+        If an argument is wrong, the run is too short, or the file needs a program that is not installed.
     """
     from wheeltapper.record.record import Record
 

@@ -50,7 +50,7 @@ class Explorer:
     Attributes
     ----------
     address
-        Of its page, with the token.
+        Address of its page, with the token.
     """
 
     def __init__(self, scene: Scenario | None = None, port: int | None = None, folder: Path | None = None) -> None:
@@ -76,11 +76,11 @@ class Explorer:
 
     @property
     def scenario(self) -> Scenario:
-        """The scene of the page that was changed last."""
+        """The scenario of the page that was changed last."""
         return self._desk.start if self._desk.last is None else self._desk.last.scene
 
     def serve(self) -> None:
-        """Answer in this thread, until Ctrl-C."""
+        """Serve the page in this thread, until Ctrl-C."""
         try:
             self._server.run(sockets=[self._socket])
         finally:
@@ -88,7 +88,7 @@ class Explorer:
             self._desk.close()
 
     def start(self) -> Explorer:
-        """Answer in a thread of its own, and return at once."""
+        """Serve the page in a thread of its own, and return at once."""
         self._thread = threading.Thread(target=self.serve, name="explorer", daemon=True)
         self._thread.start()
         end = time.monotonic() + PATIENCE
@@ -97,12 +97,12 @@ class Explorer:
         return self
 
     def wait(self) -> None:
-        """Wait until the explorer is closed, as a script has to that does nothing else."""
+        """Wait until the explorer is closed: a script that does nothing else needs this."""
         while self._thread is not None and self._thread.is_alive():
             self._thread.join(0.5)
 
     def close(self) -> None:
-        """End it; pages that are open keep what they show."""
+        """End the explorer; pages that are open keep what they show."""
         self._server.should_exit = True
         if self._thread is not None:
             self._thread.join(PATIENCE)
@@ -120,10 +120,10 @@ class Explorer:
 def explore(
     scene: Scenario | str | Path | None = None, *, port: int | None = None, open_browser: bool = True
 ) -> Explorer:
-    """Open a page on this machine that shows what a scene does while its fields are changed.
+    """Open a page on this machine that shows what a scenario does while its fields are changed.
 
-    The page is served at 127.0.0.1 and uses no network; its address holds a token, without which nothing is answered.
-    It needs the extra `explore`.
+    The page is served at 127.0.0.1 and uses no network; its address holds a token, and requests without it get no
+    answer. It needs the extra `explore`.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def explore(
     Raises
     ------
     InputError
-        If the extra is not installed, the port is taken, or there is no such scene.
+        If the extra is not installed, the port is taken, or there is no such scenario.
     """
     check_installed()
     check_flag(open_browser, "open_browser")

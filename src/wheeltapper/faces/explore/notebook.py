@@ -22,8 +22,8 @@ LOWEST, USUAL = 200, 820
 def widget(scene: Scenario | str | Path | None = None, *, height: int = USUAL) -> ExplorerWidget:
     """Return the explorer's page as a widget, for the output of a notebook's cell.
 
-    It speaks over the notebook's own channel: there is no server and no port, so that it also works where the kernel
-    runs on another machine. It needs the extra `notebook`.
+    It uses the notebook's own connection, without a server or a port. It therefore also works if the kernel runs on
+    another machine. It needs the extra `notebook`.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def widget(scene: Scenario | str | Path | None = None, *, height: int = USUAL) -
     Raises
     ------
     InputError
-        If the extra is not installed, or there is no such scene.
+        If the extra is not installed, or there is no such scenario.
     """
     missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:

@@ -26,13 +26,13 @@ ELSEWHERE = ("socket.js", "widget.js", "icon.svg")
 class ExplorerWidget(anywidget.AnyWidget):
     """The explorer's page in a notebook; on the last line of a cell it shows itself.
 
-    Runs are marched in threads of their own: cells can be executed meanwhile. Where a cell keeps the kernel busy, the
-    page waits for it.
+    Simulations run in threads of their own: cells can be executed meanwhile. While a cell keeps the kernel busy, the
+    page waits.
 
     Attributes
     ----------
     height
-        Of the page, pixels.
+        Height of the page, pixels.
     """
 
     _esm = PAGE / "widget.js"
@@ -47,11 +47,11 @@ class ExplorerWidget(anywidget.AnyWidget):
 
     @property
     def scenario(self) -> Scenario:
-        """The scene of the view that was changed last."""
+        """The scenario of the view that was changed last."""
         return self._desk.start if self._desk.last is None else self._desk.last.scene
 
     def close(self) -> None:
-        """End it; views that are open keep what they show."""
+        """End the explorer; views that are open keep what they show."""
         super().close()
         for view in list(self._links):
             _loop().call_soon_threadsafe(self._end, view)
