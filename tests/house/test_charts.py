@@ -84,6 +84,9 @@ def test_one_field_gives_lines_and_samples_give_clouds(tmp_path):
     cloud = wt.sweep(BUMP, ranges, PAIR[:1], samples=8)
     assert wt.plot(cloud).axes[0].get_ylabel() == "speed [m/s]"
     assert wt.plot(wt.sweep(BUMP, {"speed": [8, 9]}, PAIR[:1], samples=8)).axes[0].get_xlabel() == "speed [m/s]"
+    three = wt.sweep(BUMP, ranges | {"vehicle.damping": [2e4, 8e4]}, PAIR[:1], samples=8)
+    said = [axis.get_xlabel() for axis in wt.plot(three).axes]
+    assert said == ["mass of the vehicle [kg]", "speed [m/s]", "damping of the vehicle [kN s/m]"]
 
 
 def test_what_cannot_be_drawn_is_refused():

@@ -220,6 +220,13 @@ def test_orbits_and_what_is_asked_about_them():
     branch = wt.orbits.follow(orbit, {"speed": (4.0, 8.0)})
     starts = {"start.displacement": np.linspace(-4e-4, 4e-4, 9), "start.velocity": np.linspace(-0.3, 0.3, 9)}
     amplitudes = {"irregularity.0.amplitude": [4.8e-5, 4.6e-5]}
+    _, multiplier = wt.plot(branch).axes
+    drawn = {line.get_label(): line for line in multiplier.get_lines()}
+    np.testing.assert_array_equal(drawn["fold"].get_ydata(), 1.0)  # by what a fold is
+    stable, unstable = (drawn[name].get_xdata() for name in ("stable", "unstable"))
+    for at in drawn["fold"].get_xdata():  # lines end where the motion changes, not at the point of the branch beside it
+        assert at in stable
+        assert at in unstable
     fold = branch.isel(special=int(np.flatnonzero(branch.kind.values == "fold")[-1]))
     for result in (
         orbit, branch, wt.orbits.returns(CORRUGATED, {"speed": np.linspace(4.0, 8.0, 9)}, 20, 5),

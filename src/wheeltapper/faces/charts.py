@@ -96,16 +96,17 @@ def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str], wheels: W
 
     for name in features:
         check_choice(name, "features", features_of(chart))
-    drawn = [(name, some) for name in features for some in _in_panels(chart, name, wheels)]
+    drawn = [(name, some, field) for name in features for some in _in_panels(chart, name, wheels)
+             for field in _fields_alone(chart, name)]  # fmt: skip
     columns = min(len(drawn), MOST_COLUMNS)
     rows = -(-len(drawn) // columns)
     figure.set_size_inches(4.6 * columns, 4.4 * rows)
-    for number, (name, some) in enumerate(drawn, 1):
+    for number, (name, some, field) in enumerate(drawn, 1):
         axis = figure.add_subplot(rows, columns, number)
         (called, one), *others = some
         dimensions = one[name].dims
         if dimensions == ("cell",):
-            _draw_cloud(axis, one, name)
+            _draw_cloud(axis, one, name, [field] if field else _sampled_fields(one))
         elif len(dimensions) == 1:
             _draw_lines(axis, some, name)
         elif len(dimensions) == 2:
@@ -273,8 +274,18 @@ def _draw_lines(axis: Axes, some: list[Wheel], name: str) -> None:
         legend_above(axis, 4)
 
 
-def _draw_cloud(axis: Axes, chart: xr.Dataset, name: str) -> None:
-    paths = [str(coordinate) for coordinate in chart.coords if chart[coordinate].dims == ("cell",)][:2]
+def _sampled_fields(chart: xr.Dataset) -> list[str]:
+    return [str(coordinate) for coordinate in chart.coords if chart[coordinate].dims == ("cell",)]
+
+
+def _fields_alone(chart: xr.Dataset, name: str) -> list[str]:
+    """Return the fields of which each has a panel of its own: those of samples of more than two; else "" for all."""
+    fields = _sampled_fields(chart) if "cell" in chart[name].dims else []
+    return fields if len(fields) > 2 else [""]
+
+
+def _draw_cloud(axis: Axes, chart: xr.Dataset, name: str, paths: list[str]) -> None:
+    """Draw a feature of samples over one field, or by its colour over two."""
     values, label = _read(chart, name)
     x, x_label = _read(chart, paths[0])
     if len(paths) == 1:

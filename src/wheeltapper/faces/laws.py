@@ -127,12 +127,12 @@ def draw_contact(law: Contact) -> Figure:
     return figure
 
 
-def draw_force_of_contact(axis: Axes, law: Contact) -> None:
-    """Draw the force of a contact law into a panel."""
-    found = curves_of(law)
+def draw_force_of_contact(axis: Axes, law: Contact, per_wheel: bool = False) -> None:
+    """Draw the force of a contact law into a panel: of a wheelset, or of one of its two wheels."""
+    found, share = curves_of(law), 0.5 if per_wheel else 1.0
     for curve in found:
-        axis.plot(1e6 * curve.x, curve.force / 1e3, curve.line, color=BLUE, label=curve.label or None)
-    axis.set(xlabel="indentation [µm]", ylabel="normal force of a wheelset [kN]")
+        axis.plot(1e6 * curve.x, share * curve.force / 1e3, curve.line, color=BLUE, label=curve.label or None)
+    axis.set(xlabel="indentation [µm]", ylabel=f"normal force of a {'wheel' if per_wheel else 'wheelset'} [kN]")
     if any(curve.label for curve in found):
         legend_above(axis)
 

@@ -48,17 +48,19 @@ def draw_branch(branch: xr.Dataset) -> Figure:
     x, label = _shown(branch, path)
     factor = x[0] / float(branch[path][0])
     sizes = np.hypot(branch.multiplier_real, branch.multiplier_imag).max("multiplier").values
-    stable = branch.stable.values
+    special, after, kinds = (branch[name].values for name in ("parameter", "after", "kind"))
+    along = np.insert(x, after + 1, factor * special)
+    is_special = np.insert(np.zeros(len(x), dtype=bool), after + 1, np.ones(len(after), dtype=bool))
+    stable = np.insert(branch.stable.values, after + 1, np.ones(len(after), dtype=bool))
     for axis, values in ((force, _over_static(branch)), (multiplier, sizes)):
-        for kind, line, words_ in ((True, "-", "stable"), (False, ":", "unstable")):
-            chosen = stable == kind
-            near = chosen | np.roll(chosen, 1) if kind else chosen | np.roll(chosen, -1) | np.roll(chosen, 1)
-            axis.plot(x, np.where(near, values, np.nan), line, color=BLUE, label=words_)
+        heights = np.array([_between(values, int(i)) for i in after])
+        if axis is multiplier:
+            heights[kinds != "grazing"] = 1.0  # by what these are
+        _draw_stability(axis, along, np.insert(values, after + 1, heights), stable, is_special)
         for name, (shape, colour) in MARKS.items():
-            at = np.flatnonzero(branch.kind.values == name)
-            if len(at):
-                heights = [_between(branch, values, int(i)) for i in at]
-                axis.plot(factor * branch.parameter.values[at], heights, shape, color=colour, markersize=5, label=name)
+            at = kinds == name
+            if at.any():
+                axis.plot(factor * special[at], heights[at], shape, color=colour, markersize=5, label=name)
     force.set_ylabel("largest force over static")
     multiplier.set(ylabel="largest modulus of a multiplier", xlabel=label)
     multiplier.axhline(1.0, color="0.5", linewidth=0.8)
@@ -67,9 +69,21 @@ def draw_branch(branch: xr.Dataset) -> Figure:
     return figure
 
 
-def _between(branch: xr.Dataset, values: NDArray[Any], number: int) -> float:
+def _draw_stability(
+    axis: Axes, x: NDArray[Any], values: NDArray[Any], stable: NDArray[np.bool_], is_special: NDArray[np.bool_]
+) -> None:  # fmt: skip
+    """Draw a line that is dotted between points of which one is unstable; special points belong to both sides."""
+    between = stable[:-1] & stable[1:] & ~(is_special[:-1] & is_special[1:])
+    for kind, line, name in ((True, "-", "stable"), (False, ":", "unstable")):
+        chosen = between == kind
+        drawn = np.append(chosen, False) | np.insert(chosen, 0, False)
+        ends = np.flatnonzero(drawn[:-1] & drawn[1:] & ~chosen) + 1  # both points belong to other parts of the line
+        both = (np.insert(np.where(drawn, one, np.nan), ends, np.nan) for one in (x, values))
+        axis.plot(*both, line, color=BLUE, label=name)
+
+
+def _between(values: NDArray[Any], after: int) -> float:
     """Return what a quantity is at a special point, between the points beside it."""
-    after = int(branch.after[number])
     return float(0.5 * (values[after] + values[min(after + 1, len(values) - 1)]))
 
 

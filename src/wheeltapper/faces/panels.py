@@ -70,11 +70,12 @@ def _inside(held: Any, part: str) -> Any:
     return getattr(held, part, None)
 
 
-def number_text(value: float) -> str:
-    """Return a number with four digits, written out, with spaces between thousands."""
+def number_text(value: float, digits: int = 4) -> str:
+    """Return a number with some digits, written out, with spaces between thousands."""
+    short = f"{value:.{digits}g}"
     if value == 0.0 or 1e-4 <= abs(value) < 1e9:
-        return f"{float(f'{value:.4g}'):,.10g}".replace(",", "\u202f")
-    return f"{value:.4g}"
+        return f"{float(short):,.10g}".replace(",", "\u202f")
+    return short
 
 
 def with_unit(name: str, unit: str) -> str:

@@ -30,16 +30,16 @@ def draw_profiles(profiles: Profiles) -> Figure:
 
     if not isinstance(profiles, WheelRail | Cones):
         raise InputError("", "what", value_text(profiles), "WheelRail or Cones")
-    figure = Figure(figsize=(11.0, 6.5))
-    grid = figure.add_gridspec(2, 2)
-    section, place, difference = (figure.add_subplot(grid[at]) for at in ((slice(None), 0), (0, 1), (1, 1)))
+    figure = Figure(figsize=(11.0, 8.0))
+    grid = figure.add_gridspec(2, 2, height_ratios=(1.2, 1.0))
+    section, place, difference = (figure.add_subplot(grid[at]) for at in ((0, slice(None)), (1, 0), (1, 1)))
     geometry = geometry_of(profiles, RADIUS, CROWN)
     shifts = np.linspace(-SHIFT, SHIFT, 201)
     differences = [_difference(geometry, float(shift)) for shift in shifts]
     middle = geometry.table_at("place", 0.0)
     touching = np.interp(shifts, geometry.shift, geometry.place)
     place.plot(1e3 * shifts, 1e3 * (touching - middle), color=BLUE)
-    place.set(ylabel="place of contact, outwards [mm]")
+    place.set(xlabel="lateral shift of the wheelset [mm]", ylabel="place of contact, outwards [mm]")
     place.set_title("contact on the rail")
     difference.plot(1e3 * shifts, 1e3 * np.array(differences), color=BLUE, label="left less right")
     slope = (_difference(geometry, 1e-4) - _difference(geometry, -1e-4)) / 2e-4

@@ -31,16 +31,18 @@ def draw_scenario(scenario: Scenario) -> Figure:
     """Draw the vehicle from the side, the path ahead of it, and the force of its contact."""
     from matplotlib.figure import Figure
 
+    is_long = SEVERAL_BODIES in scenario.needs
+    places = ((0, slice(None)), (1, 1), (1, 0)) if is_long else ((0, 0), (0, 1), (1, slice(None)))
     figure = Figure(figsize=(11.0, 7.5))
-    grid = figure.add_gridspec(2, 2, height_ratios=(1.2, 1.0), width_ratios=(1.4, 1.0))
-    side, law, path = (figure.add_subplot(grid[at]) for at in ((0, 0), (0, 1), (1, slice(None))))
-    if SEVERAL_BODIES in scenario.needs:
+    grid = figure.add_gridspec(2, 2, height_ratios=(0.6 if is_long else 1.2, 1.0), width_ratios=(1.4, 1.0))
+    side, law, path = (figure.add_subplot(grid[at]) for at in places)
+    if is_long:
         draw_view(side, scenario.vehicle, "side")
         vehicle = f"wagon of {len(scenario.vehicle.axles)} wheelsets"
     else:
         draw_side(side, scenario.vehicle)
         vehicle = scenario.vehicle.words
-    draw_force_of_contact(law, scenario.contact)
+    draw_force_of_contact(law, scenario.contact, per_wheel=is_long)
     law.set_title(f"contact: {type(scenario.contact).__name__}")
     _mark_static(law, scenario)
     draw_path(path, scenario)

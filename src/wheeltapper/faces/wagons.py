@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wheeltapper.ask.reduced import compare_responses
-from wheeltapper.faces.panels import BLUE, GREEN, RED, legend_above
+from wheeltapper.faces.panels import BLUE, GREEN, RED, legend_above, number_text
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.record.record import Record
@@ -94,7 +94,11 @@ def _differences_text(found: Any) -> str:
     def largest_difference(values: Any) -> float:
         return float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else float("nan")
 
-    peaks = f"{100.0 * largest_difference(found.peak_ratio.values - 1.0):.2g} %"
-    intervals = f"{100.0 * largest_difference(found.interval_ratio.values - 1.0):.2g} %"
-    events = f"{1e6 * largest_difference(found.event_delay.values):.2g} µs"
-    return f"largest differences: peaks {peaks}, intervals {intervals}, events {events}"
+    peaks, intervals, events = (
+        number_text(factor * largest_difference(values), 2)
+        for factor, values in (
+            (100.0, found.peak_ratio.values - 1.0), (100.0, found.interval_ratio.values - 1.0),
+            (1e6, found.event_delay.values),
+        )
+    )  # fmt: skip
+    return f"largest differences: peaks {peaks} %, intervals {intervals} %, events {events} µs"
