@@ -13,9 +13,11 @@ from tests.wayside import BALLAST, HERTZ, MASS, PAD, PAD_DAMPING, RADIUS, SPACIN
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis import Recording, measure_trains
 from wheeltapper.diagnosis.gauges.known import known_of
+from wheeltapper.diagnosis.processes import Lost
+from wheeltapper.diagnosis.wayside import sizes
 from wheeltapper.diagnosis.wayside.channels import channels_of
 from wheeltapper.diagnosis.wayside.measure import trains_in
-from wheeltapper.diagnosis.wayside.sizes import Wheels, rails_of
+from wheeltapper.diagnosis.wayside.sizes import Wheels, is_lost, rails_of
 from wheeltapper.faces.cli import main
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.assessment.filtering import low_passed
@@ -240,6 +242,52 @@ def test_wheels_that_may_feel_each_other_are_fitted_together():
     assert wheels.apart([0, 1]) == [[0]]  # nothing is fitted to the other one
     sent = pickle.loads(pickle.dumps(wheels))  # as another process has it
     np.testing.assert_array_equal(sent.passing(1).readings, wheels.passing(1).readings)
+
+
+@pytest.mark.slow
+def test_wheels_without_a_model_say_why_and_are_not_healthy(monkeypatch):
+    place, found = simulated(33.0, (0.4, 1.3), behind=1.8)
+
+    def measured():
+        (train,) = measure_trains(found, place, diagnosed="all")
+        for axle in train.axles:
+            assert {"finding", "fresh_flat_found_from"}.isdisjoint(axle["wheels"][0])
+        assert not train.wheels
+        return train
+
+    def lost(_, shared, tasks, workers):
+        return ((number, Lost("was killed")) for number in range(len(tasks)))
+
+    with monkeypatch.context() as changed:
+        changed.setattr(sizes, "in_processes", lost)
+        train = measured()
+        assert is_lost(train)
+        assert [note for note in train.notes if "since its processes died" in note and "axles 1 to 2" in note]
+
+    def refuse(*_):
+        raise InputError("", "irregularity", "heights that differ by 2.78 m", "less")
+
+    monkeypatch.setattr(sizes, "sized_flat", refuse)
+    train = measured()
+    assert not is_lost(train)
+    assert any("axles 1 to 2: no model is fitted" in note and "2.78 m" in note for note in train.notes)
+
+
+@pytest.mark.slow
+def test_a_neighbour_that_is_not_weighed_is_left_out():
+    place, found = simulated(33.0, (0.4, 1.3), behind=1.8)
+    (train,) = trains_in(channels_of(found, place), place, (), None, "", "")
+    (rail,) = rails_of(train.passage, train.pulses, train.sides, known_of(place))
+    whole = Wheels(rail, train.passage, train.sides[0].mean)
+    without = Wheels(rail, train.passage, np.where([False, True], np.nan, train.sides[0].mean))
+    assert without.neighbours(0) == [1]
+    one, other = whole.passing(0), without.passing(0)
+    behind = one.x - 1.8
+    near = np.stack([(behind > s.x1 - 0.9) & (behind < s.x2 + 0.9) for s in rail.sensors], axis=1)
+    assert one.used[near].any()
+    assert not other.used[near].any()
+    np.testing.assert_allclose(other.readings, one.readings, atol=2e3)  # N: both wheels weigh nearly the same
+    assert other.doubt.max() > 5.0 * one.doubt.max()
 
 
 @pytest.mark.slow

@@ -69,13 +69,15 @@ def report(
     """
     from wheeltapper.describe.site import as_any_site
     from wheeltapper.diagnosis.processes import ProcessError
-    from wheeltapper.faces.report.answers import NOT_MEASURED, Asked
+    from wheeltapper.diagnosis.wayside.measure import known_distances
+    from wheeltapper.faces.report.answers import UNFINISHED, Asked
     from wheeltapper.faces.report.run import Places, make_report
     from wheeltapper.ground.arguments import as_quantity
     from wheeltapper.record.limits.rule import as_rules
 
     asked = Asked(as_any_site(site), as_rules(rules, countries), distances, diagnosed)
     pause = as_quantity(every, "--every", "time")
+    known_distances(distances)
     make_folder(output)
     places = Places(folder, output, output / "findings.db" if database is None else database, identities)
     try:
@@ -87,4 +89,4 @@ def report(
     total = sum(counts.values())
     print(f"{total} recordings: {', '.join(f'{count} {answer}' for answer, count in counts.items())}")
     print(f"report: {output / 'index.html'}")
-    return NOT_FINISHED if counts.get(NOT_MEASURED) else DONE
+    return NOT_FINISHED if any(counts.get(answer) for answer in UNFINISHED) else DONE

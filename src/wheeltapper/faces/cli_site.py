@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from wheeltapper.faces.exits import DONE, NOT_FINISHED, PICTURES, check_target, make_folder
+from wheeltapper.faces.exits import DONE, NOT_FINISHED, PICTURES, check_target, make_folder, write_whole
 from wheeltapper.ground.errors import InputError
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def diagnose(
     site
         The site in TOML.
     output
-        Folder for each finding's JSON and figure. Findings that it already holds are not computed again.
+        Folder for each finding's JSON and figure. Findings of a deck that it already holds are not computed again.
     figures
         Findings whose figures are drawn: all (the default for a single recording), faulty (for several), none.
     train
@@ -122,21 +122,27 @@ def _diagnose_wheels(
 ) -> int:  # fmt: skip
     """Fit a model to every wheel of the trains in files, print and write what it says."""
     from wheeltapper.diagnosis.finding import HEALTHY
+    from wheeltapper.diagnosis.processes import ProcessError
     from wheeltapper.diagnosis.wayside.measure import measure_trains
+    from wheeltapper.diagnosis.wayside.sizes import is_lost
     from wheeltapper.faces.plot import plot
 
-    if output is not None:
-        make_folder(output)
+    _make_output(output, files)
     lost = 0
     for file in files:
         try:
             trains = measure_trains(file, site, rules=rules, name=file.stem, diagnosed="all", workers=workers)
+        except (ProcessError, KeyboardInterrupt) as stop:
+            kept = f"what is found is in {output}" if output else "nothing was kept"
+            print(f"wheeltapper: {str(stop) or 'interrupted'}; {kept}", file=sys.stderr)
+            return NOT_FINISHED
         except InputError as error:
             if len(files) == 1:
                 raise
             lost += 1
             print(f"{file}: not read: {error}")
             continue
+        lost += any(is_lost(train) for train in trains)
         if not trains:
             print(f"{file}: no train")
         for number, train in enumerate(trains, 1):
@@ -150,10 +156,25 @@ def _diagnose_wheels(
                     plot(finding, output / f"{stem}-axle-{axle}{f'-{side}' if side else ''}.png")
             if output is not None:
                 told = json.dumps(train.to_dict(), indent=2, ensure_ascii=False) + "\n"
-                (output / f"{stem}.json").write_text(told, encoding="utf-8")
+                write_whole(output / f"{stem}.json", told)
     if output is not None:
         print(f"findings: {output}")
     return NOT_FINISHED if lost else DONE
+
+
+def _make_output(output: Path | None, files: list[Path]) -> None:
+    """Make the folder of findings; refuse files whose findings would have one name."""
+    if output is None:
+        return
+    stems: dict[str, Path] = {}
+    for file in files:
+        if file.stem in stems:
+            found = f"{stems[file.stem]} and {file}, whose findings would have one name"
+            raise InputError("", "recordings", found, "files whose names differ, or no --output")
+        stems[file.stem] = file
+    make_folder(output)
+    for stem in stems:
+        check_target("--output", output / f"{stem}.json", (".json",))
 
 
 def _diagnose_axle_boxes(
@@ -165,8 +186,7 @@ def _diagnose_axle_boxes(
     from wheeltapper.faces.plot import plot
     from wheeltapper.record.recordings.read import read_recording
 
-    if output is not None:
-        make_folder(output)
+    _make_output(output, files)
     lost = 0
     for file in files:
         try:
@@ -181,7 +201,7 @@ def _diagnose_axle_boxes(
         if output is None:
             continue
         told = json.dumps(finding.to_dict(), indent=2, ensure_ascii=False) + "\n"
-        (output / f"{file.stem}.json").write_text(told, encoding="utf-8")
+        write_whole(output / f"{file.stem}.json", told)
         if figures == "all" or (figures == "faulty" and finding.verdict != HEALTHY):
             plot(finding, output / f"{file.stem}.png")
     if output is not None:

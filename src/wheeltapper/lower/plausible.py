@@ -17,6 +17,7 @@ from wheeltapper.describe.irregularity.combination import Repeated
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.sensor.along import BetweenPlaces
 from wheeltapper.describe.site import Site
 from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.ground.notes import Note, Shared
@@ -65,6 +66,7 @@ SPAN = Usual("length", "mm", (0.01, 10), 0.0, 100)
 """Of heights that are given one by one: from the lowest to the highest, of long waves too."""
 WAVE = Usual("length", "m", (0.01, 3), 1e-4, 1e4)
 WHOLE_SLEEPER = "half of a sleeper is asked, not all of it"
+WHOLE_WHEELSET = "that of one wheel is asked, half of a wheelset's"
 NOT_LINEAR = "Hertz's constant in N/m^1.5 is another quantity, for `Hertz`"
 DIAMETER = "the radius is asked, not the diameter"
 WHEEL_FOR_AXLE = "a load of one wheel taken for that of an axle doubles it"
@@ -110,7 +112,7 @@ SPEED = Usual("speed", "m/s", (1, 100), 0.0, 200, ((101, 200, ""),))
 """Trains run up to 100 m/s; a number from there to 200 is one in km/h."""
 SEATS = {
     "spacing": Usual("length", "m", (0.5, 0.8), 0.05, 10),
-    "pad_stiffness": Usual("stiffness", "MN/m", (20, 2000), 0.1, 1e5),
+    "pad_stiffness": Usual("stiffness", "MN/m", (20, 2000), 1, 1e5),
     "pad_damping": Usual("damping", "kN s/m", (5, 100), 1e-3, 1e4),
 }
 
@@ -237,6 +239,8 @@ USUAL: dict[str, dict[str, Usual]] = {
     "Site": {
         "spacing": SEATS["spacing"], "radius": WHEEL_RADIUS, "misfit": Usual("number", "", (0.001, 0.3), 0.0, 1),
         "trigger": Usual("time", "ms", (0.001, 10), 0.0, 1000),
+        "unsprung_mass": Usual("mass", "kg", (300, 1000), 30, 3000, ((1001, 3000, WHOLE_WHEELSET),)),
+        "static_force": Usual("force", "kN", (20, 150), 2, 500),
     },
     "Sensor": {"rate": Usual("frequency", "kHz", (0.2, 200), 0.02, 2000)},
     "AtSeat": {"x": Usual("length", "m", (0.1, 50), 0.0, 1000)},
@@ -274,12 +278,15 @@ def implausible_notes(scenario: Scenario) -> tuple[Note, ...]:
 def site_notes(site: Site) -> tuple[Note, ...]:
     """Return notes on the implausible numbers of a site itself: one for each field, of its worst sensor."""
     found = [*_doubtful_numbers("", site), *_doubtful_numbers("sensor", site.sensor)]
+    if site.track is not None:
+        found += [one for where, noun in _of_track(site.track) for one in _doubtful_numbers(where, noun)]
+        found += [] if site.contact is None else _doubtful_numbers("contact", site.contact)
     found += [
         (f"uncertainty.{path}", share, UNCERTAINTY)
         for path, share in site.uncertainty.items()
         if not is_plausible(share, UNCERTAINTY)
     ]
-    notes = [range_note(*one) for one in found]
+    notes = [range_note(*one) for one in found] + _astride_seats(site)
     fields: dict[str, list[tuple[str, float, Usual]]] = {}
     for number, sensor in enumerate(site.sensors):
         where = f"sensors.{number}"
@@ -294,6 +301,21 @@ def site_notes(site: Site) -> tuple[Note, ...]:
         more = f" (the worst of {len(several)} such sensors)" if len(several) > 1 else ""
         notes.append(note.reworded(f"{note}{more}"))
     return tuple(notes)
+
+
+def _astride_seats(site: Site) -> list[Note]:
+    """Return a note on the pairs of gauges between which the site's track has a seat."""
+    if site.track is None:
+        return []
+    first, spacing = float(site.track.first_sleeper), float(site.track.spacing)
+    astride = [
+        repr(one.name) for one in site.sensors
+        if isinstance(one, BetweenPlaces) and (one.x1 - first) // spacing != (one.x2 - first) // spacing
+    ]  # fmt: skip
+    if not astride:
+        return []
+    words = f"by `track.first_sleeper` a seat lies between the gauges of {', '.join(astride)}: they read its force, too"
+    return [Note(words, _cause_text("track.first_sleeper"))]
 
 
 def doubts(scenario: Scenario) -> tuple[Note, ...]:
@@ -328,11 +350,7 @@ def _judged_nouns(scenario: Scenario) -> Iterator[tuple[str, Noun]]:
             yield f"vehicle.{part}.{getattr(noun, 'name', f'wheelset {i + 1}')}", noun
     for i, wheelset in enumerate(getattr(scenario.vehicle, "wheelsets", ())):
         yield f"vehicle.wheelsets.{i}", wheelset
-    yield "track", scenario.track
-    if isinstance(scenario.track, SupportedRail):
-        yield "track.rail", scenario.track.rail
-        for i, anomaly in enumerate(scenario.track.anomalies):
-            yield f"track.anomalies.{i}", anomaly
+    yield from _of_track(scenario.track)
     yield "contact", scenario.contact
     yield "profiles", scenario.profiles
     if scenario.creep is not None:
@@ -343,6 +361,14 @@ def _judged_nouns(scenario: Scenario) -> Iterator[tuple[str, Noun]]:
             yield from _and_what_it_repeats(".".join(part for part in ("irregularity", place, str(i)) if part), item)
     if isinstance(scenario.start, Noun):
         yield "start", scenario.start
+
+
+def _of_track(track: Noun) -> Iterator[tuple[str, Noun]]:
+    yield "track", track
+    if isinstance(track, SupportedRail):
+        yield "track.rail", track.rail
+        for i, anomaly in enumerate(track.anomalies):
+            yield f"track.anomalies.{i}", anomaly
 
 
 def _and_what_it_repeats(where: str, item: Irregularity) -> Iterator[tuple[str, Noun]]:

@@ -59,11 +59,12 @@ class Dialect:
         return True
 
     def number_pattern(self, text: str) -> tuple[bool, ...]:
-        """Return which cells of a line are numbers; none if less than half are, or all are missing."""
+        """Return which cells of a line are numbers; none if less than half are, or if all are missing but not "nan"."""
         cells = self.line_cells(text)
         found = tuple(self.is_number(cell) for cell in cells)
         there = sum(cell.lower() not in NOTHING for cell, good in zip(cells, found, strict=True) if good)
-        return found if there and 2 * sum(found) >= len(found) else ()
+        is_said = all(cell.lower() == "nan" for cell in cells)
+        return found if (there or is_said) and 2 * sum(found) >= len(found) else ()
 
 
 CANDIDATES = (

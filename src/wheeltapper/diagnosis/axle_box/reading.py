@@ -31,6 +31,8 @@ from wheeltapper.record.recordings.recording import Recording
 FloatArray = NDArray[np.float64]
 LOWEST = 1000.0
 """Samples per second that are needed."""
+FASTEST = 200.0
+"""No vehicle is faster, m/s."""
 HIGHEST, PER_CUTOFF = 800.0, 3.0
 """The cut-off frequency, Hz, at most, and samples in its period, at least."""
 SPEED_SPREAD = 0.02
@@ -94,12 +96,17 @@ def diagnose_axle_box(
     measured = abs(recording.speed or 0.0) if speed is None else as_quantity(speed, "speed", "speed")
     if not measured > 0.0:
         raise InputError(source, "speed", "none", "the measured speed of the vehicle, as 80 km/h")
+    if not measured <= FASTEST:
+        raise InputError(source, "speed", f"{measured:.4g} m/s", f"at most {FASTEST:g} m/s")
     known = known_of(site)
     spread = WIDE * float(np.hypot(SPEED_SPREAD, known.spread.get(RADIUS, 0.0)))
     least = FEWEST * 2.0 * pi * float(known.scene.vehicle.radius) / measured * (1.0 + spread)
     if recording.duration < least:
         found, allowed = f"{recording.duration:.3g} s", f"{FEWEST} turns of the wheel, {least:.3g} s"
         raise InputError(source, "samples", found, allowed)
+    good = recording.samples[np.isfinite(recording.samples)]
+    if len(good) and np.ptp(good) == 0.0:
+        raise InputError(source, "samples", "a constant signal", "what an accelerometer on an axle box reads")
     with algebra_on_one_thread():
         return _read(recording, site, measured, spread)
 

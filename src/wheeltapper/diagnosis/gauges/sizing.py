@@ -27,6 +27,7 @@ from wheeltapper.diagnosis.gauges.scan import NEEDED, SCREENED, Candidate, Scan,
 from wheeltapper.diagnosis.gauges.transfer import Transfer
 from wheeltapper.diagnosis.gauges.verdicts import EXPLAINED, NAMES, alike_of
 from wheeltapper.diagnosis.gauges.weighing import Band, Weights, band_of
+from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.march.common.blocks import algebra_on_one_thread
 from wheeltapper.record.assessment.filtering import low_passed
@@ -226,7 +227,10 @@ def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen |
             other = sized if elsewhere is None else _flats_of(problem, seen, _starts_by_shape(problem, elsewhere))
             if other.best is not None and other.best.misfit < sized.best.misfit:
                 sized = other
-    return _with_free_shape(coarse(), sized) if sized.leaves_much else sized
+    try:
+        return _with_free_shape(coarse(), sized) if sized.leaves_much else sized
+    except InputError:  # a tread that no circle rolls over explains nothing
+        return replace(sized, runs=runs.count)
 
 
 def _starts_by_shape(coarse: Problem, start: Mapping[str, float]) -> dict[str, Mapping[str, float]]:

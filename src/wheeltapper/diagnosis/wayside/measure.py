@@ -113,12 +113,7 @@ def trains_in(
     name: str, date: str,
 ) -> list[Measured]:  # fmt: skip
     """Return the trains in a site's channels, in the order of time."""
-    what = "distances of neighbouring axles, m"
-    known = (
-        None
-        if distances is None
-        else [as_quantity(one, "distances", "length") for one in as_list(distances, "distances", what)]
-    )
+    known = known_distances(distances)
     there = {channel.sensor.name for channel in channels}
     lost = [one.name for one in site.sensors if one.quantity == "force" and one.name not in there]
     absent = [f"not in the recording: the channels {', '.join(map(repr, lost))}"] if lost else []
@@ -146,6 +141,14 @@ def trains_in(
         found = replace(found, notes=told, cut=(bool(early.any()), bool(late.any())))
         trains.append(Measured(_train(found, several, sides, site, rules, name, date), found, several, sides))
     return trains
+
+
+def known_distances(distances: Sequence[float | str] | None) -> list[float] | None:
+    """Return distances of neighbouring axles in m, as they were given."""
+    if distances is None:
+        return None
+    what = "distances of neighbouring axles, m"
+    return [as_quantity(one, "distances", "length") for one in as_list(distances, "distances", what)]
 
 
 def _pulses_and_passages(channels: Sequence[Channel]) -> tuple[list[Pulses], list[Passage]]:

@@ -8,10 +8,10 @@ Theory: docs/theory/gauges.rst, section 16.6.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,15 +36,18 @@ from wheeltapper.diagnosis.gauges.passing import (
 from wheeltapper.diagnosis.gauges.scan import FOUND_FROM, SCREENED, Scan, Seen
 from wheeltapper.diagnosis.gauges.sizing import FIRST_NOISE, Sized, scan_of, size_of, sized_flat, values_of
 from wheeltapper.diagnosis.processes import Lost, in_processes
+from wheeltapper.diagnosis.train import TrainFinding
 from wheeltapper.diagnosis.wayside.channels import Channel
 from wheeltapper.diagnosis.wayside.deck import Diagnosed
 from wheeltapper.diagnosis.wayside.measured import Measured
 from wheeltapper.diagnosis.wayside.passage import Passage, axles_text
 from wheeltapper.diagnosis.wayside.pulses import Pulses
 from wheeltapper.diagnosis.wayside.wheels import Side
+from wheeltapper.ground.errors import InputError
 from wheeltapper.record.assessment.filtering import RECORDER_ORDER, low_passed
 
 FloatArray = NDArray[np.float64]
+T = TypeVar("T")
 UNFILTERED = (
     "strikes fold back into what a recorder without a filter samples; the model takes it to filter as others do"
 )
@@ -52,6 +55,9 @@ REACH = 9.0
 """Other wheels are felt from so far beyond where a wheel is fitted, m."""
 OTHERS = 0.15
 """What a gauge reads is left out while another wheel is between the pair's gauges or so near to them, m."""
+UNWEIGHED, FELT = 0.5, 1.0
+"""Error of the load of a wheel that was not weighed, over the usual one of the train; and how near to a pair it may be,
+m: what the pair reads nearer to it is left out."""
 TRAVELLED = 0.15
 """Error of what flats of other wheels do to a pair, over that: it comes through some metres of track."""
 OFF = 0.05
@@ -63,6 +69,8 @@ PASSES, CHANGED, BETTER = 4, 5e-4, 0.2
 its fit by this part."""
 RINGING, QUIET = (200.0, 500.0), (0.28, 0.44)
 """Bands in which channels show their noise, Hz, and over their rate: between them rails on seats ring, near 1 kHz."""
+LOST, REFUSED = "no model is fitted, since its processes died", "no model is fitted: what was recorded resembles no run"
+"""Why a wheel was not fitted; those of the first kind are worth another time."""
 SUREST = 1e-4
 """Least standard deviation of a gain."""
 AROUND = 0.3
@@ -199,8 +207,8 @@ class Wheels:
         What was recorded, and the axles.
     forces
         Static force of each wheel, N; NaN where it is unknown.
-    seen, fitted
-        What the readings of wheels show, and what was found of those that were fitted, by axle.
+    seen, fitted, unfitted
+        What the readings of wheels show, what was found of those that were fitted, and why others were not, by axle.
     """
 
     rail: Rail
@@ -208,12 +216,16 @@ class Wheels:
     forces: FloatArray
     seen: dict[int, Seen] = field(default_factory=dict, repr=False)
     fitted: dict[int, Fitted] = field(default_factory=dict, repr=False)
+    unfitted: dict[int, str] = field(default_factory=dict, repr=False)
     _scans: dict[tuple[int, int], Scan] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         speed, force = float(np.median(self.speeds)), float(np.nanmedian(self.forces))
         wide = self._like(speed, force, REACH + BEYOND)
         level = Runs(wide, self.rail.known.scene).readings(values_of(wide, self.rail.known), "fresh")
+        if len(level) != len(wide.x):
+            found = f"one on which a wheel of {force:.4g} N without a flaw does not run to the end"
+            raise InputError("", "track", found, "stiffnesses, dampings and masses of a track, with their units")
         self._level = wide.x, level / force
 
     def __getstate__(self) -> dict[str, Any]:
@@ -230,11 +242,12 @@ class Wheels:
         readings, used = rail.forces[window].copy(), ~rail.missing[window]
         x, doubt = self._x(axle, times), np.zeros_like(readings)
         for other in self.neighbours(axle):
-            there = self._x(other, times)
-            load = self.forces[other] * self._level_at(there)
+            there, is_weighed = self._x(other, times), bool(np.isfinite(self.forces[other]))
+            load = (self.forces[other] if is_weighed else np.nanmedian(self.forces)) * self._level_at(there)
             readings -= load
-            doubt = np.hypot(doubt, OFF * load)
-            used &= ~np.stack([(there > one.x1 - OTHERS) & (there < one.x2 + OTHERS) for one in rail.sensors], axis=1)
+            doubt = np.hypot(doubt, (OFF if is_weighed else UNWEIGHED) * load)
+            near = OTHERS if is_weighed else FELT
+            used &= ~np.stack([(there > one.x1 - near) & (there < one.x2 + near) for one in rail.sensors], axis=1)
         for flat in self.felt(axle).values():
             own = flat.window
             both = slice(max(own.start, window.start), min(own.stop, window.stop))
@@ -262,8 +275,12 @@ class Wheels:
         for _ in range(PASSES):
             for axle in sorted(asked, key=lambda axle: -self.seen[axle].gain):
                 felt, before = self.felt(axle), self.fitted.get(axle)
-                if before is None or before.has_changed(felt):
-                    self.fitted[axle] = self._fit(axle, felt, before)
+                if axle not in self.unfitted and (before is None or before.has_changed(felt)):
+                    try:
+                        self.fitted[axle] = self._fit(axle, felt, before)
+                    except InputError as error:  # a wheel that no run of the model resembles
+                        self.unfitted[axle] = f"{REFUSED}: {error}"
+                        self.fitted.pop(axle, None)
 
     def _fit(self, axle: int, felt: dict[int, Flat], before: Fitted | None) -> Fitted:
         passing, rail = self.passing(axle), self.rail
@@ -316,8 +333,7 @@ class Wheels:
         first, last = self.rail.ends
         reach = BEYOND + REACH + last - first
         apart = np.abs(self.passage.places - self.passage.places[axle])
-        near = np.flatnonzero((apart < reach) & np.isfinite(self.forces))
-        return [one for one in near.tolist() if one != axle]
+        return [one for one in np.flatnonzero(apart < reach).tolist() if one != axle]
 
     def _window(self, axle: int, beyond: float) -> tuple[slice, FloatArray]:
         """Return the samples while a wheel is so near to the gauges, m, and their times, s."""
@@ -375,65 +391,78 @@ def with_sizes(found: Measured, site: Site, which: Diagnosed, workers: int | Non
         for number, side in enumerate(found.sides) if side.side in rails and np.isfinite(side.mean).any()
     }  # fmt: skip
     asked = {}
-    for number, wheels in sides.items():
-        side = found.sides[number]
+    for number, side in enumerate(found.sides):
+        wheels = sides.get(number)
+        whole = [] if wheels is None else [axle for axle in range(len(side.mean)) if wheels.is_whole(axle)]
+        cut = sorted({*range(len(side.mean))}.difference(whole))
+        if cut and side.side in rails:
+            notes.append(f"{_which(cut, side)}: not weighed, or cut off by an end of the recording; no model is fitted")
+        if wheels is None:
+            continue
         if any(one.anti_alias is False for one in wheels.rail.sensors):
             notes.append(f"{side.side or 'both rails'}: {UNFILTERED}")
-        whole = [axle for axle in range(len(side.mean)) if wheels.is_whole(axle)]
-        cut = sorted({*range(len(side.mean))}.difference(whole))
-        if cut:
-            notes.append(f"{_which(cut, side)}: not weighed, or cut off by an end of the recording; no model is fitted")
         wheels.seen = {axle: wheels.look(wheels.passing(axle)) for axle in whole}
         asked[number] = [
             axle for axle in whole if which == "all" or side.strikes[axle] or wheels.seen[axle].gain >= SCREENED
         ]
-    for number, lost, reason in _settled_apart(sides, asked, workers):
-        notes.append(f"{_which(lost, found.sides[number])}: no model is fitted: {reason}")
+    _settle_apart(sides, asked, workers)
     for number, wheels in sides.items():
+        for reason in dict.fromkeys(wheels.unfitted.values()):
+            those = [axle for axle in sorted(wheels.unfitted) if wheels.unfitted[axle] == reason]
+            notes.append(f"{_which(those, found.sides[number])}: {reason}")
         for axle, seen in wheels.seen.items():
             entry = entries[axle]["wheels"][number]
             if axle in wheels.fitted:
                 finding = wheels.fitted[axle].finding
                 shown[axle + 1, wheels.rail.side] = finding
                 entry["finding"] = finding.to_dict()
-            else:
+            elif axle not in wheels.unfitted:
                 entry[FOUND_FROM] = seen.found_from
     told = replace(found.finding, axles=tuple(entries), notes=(*found.finding.notes, *notes), wheels=shown)
     return found._replace(finding=told)
+
+
+def is_lost(train: TrainFinding) -> bool:
+    """Return whether a wheel of a train has no model since processes died."""
+    return any(LOST in note for note in train.notes)
 
 
 def _which(axles: Sequence[int], side: Side) -> str:
     return f"{axles_text([axle + 1 for axle in axles])} {side.side or ''}".rstrip()
 
 
-def _settled_apart(
-    sides: Mapping[int, Wheels], asked: Mapping[int, list[int]], workers: int | None
-) -> Iterator[tuple[int, list[int], str]]:
-    """Fit a model to the wheels that are asked for, by side; yield side, axles, and why, where processes died of it."""
-    lost: dict[int, set[int]] = {number: set() for number in sides}
+def _settle_apart(sides: Mapping[int, Wheels], asked: Mapping[int, list[int]], workers: int | None) -> None:
+    """Fit a model to the wheels that are asked for, by side."""
     tasks = [(number, group) for number, wheels in sides.items() for group in wheels.apart(asked[number])]
     with closing(in_processes(_settled, sides, tasks, workers)) as done:
         for place, result in done:
             number, group = tasks[place]
+            wheels = sides[number]
             if isinstance(result, Lost):
-                lost[number].update(group)
-                yield number, group, str(result)
+                wheels.unfitted |= dict.fromkeys(group, f"{LOST} ({result})")
             else:
-                seen, fitted = result
-                sides[number].seen |= seen
-                sides[number].fitted |= fitted
+                seen, fitted, unfitted = result
+                wheels.seen |= seen
+                wheels.fitted |= fitted
+                wheels.unfitted |= unfitted
     for number, wheels in sides.items():
-        quiet = [axle for axle in asked[number] if axle not in wheels.fitted and axle not in lost[number]]
+        quiet = [axle for axle in asked[number] if axle not in wheels.fitted]
         wheels.settle(quiet)
-        if any(wheels.fitted[axle].flat for axle in quiet):
-            wheels.settle({*asked[number]} - lost[number])
+        if any(axle in wheels.fitted and wheels.fitted[axle].flat for axle in quiet):
+            wheels.settle(asked[number])
 
 
-def _settled(sides: Mapping[int, Wheels], task: tuple[int, list[int]]) -> tuple[dict[int, Seen], dict[int, Fitted]]:
+def _settled(
+    sides: Mapping[int, Wheels], task: tuple[int, list[int]]
+) -> tuple[dict[int, Seen], dict[int, Fitted], dict[int, str]]:  # fmt: skip
     number, group = task
     wheels = sides[number]
     wheels.settle(group)
-    return {axle: wheels.seen[axle] for axle in group}, {axle: wheels.fitted[axle] for axle in group}
+    return _of(group, wheels.seen), _of(group, wheels.fitted), _of(group, wheels.unfitted)
+
+
+def _of(group: Iterable[int], held: Mapping[int, T]) -> dict[int, T]:
+    return {axle: held[axle] for axle in group if axle in held}
 
 
 def is_unsteady(passage: Passage) -> bool:

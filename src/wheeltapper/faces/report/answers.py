@@ -13,14 +13,18 @@ from wheeltapper.diagnosis.wayside.channels import channels_of, read_channels
 from wheeltapper.diagnosis.wayside.deck import Diagnosed
 from wheeltapper.diagnosis.wayside.measure import NO_FORCE, NO_STRIKES, STRIKES, trains_in, with_models
 from wheeltapper.diagnosis.wayside.measured import Measured
+from wheeltapper.diagnosis.wayside.sizes import is_lost
 from wheeltapper.diagnosis.wayside.sources import Source
 from wheeltapper.diagnosis.wayside.wheels import traces_of
 from wheeltapper.faces.report.pictures import evidence, fitted_evidence
 from wheeltapper.ground.errors import InputError, printable
 from wheeltapper.record.limits.rule import Rule
 
-MEASURED, NO_TRAIN, NOT_READ, NOT_MEASURED = "measured", "no train", "not read", "not measured"
-"""Answers to a recording. The last one: its process died, or the program failed; the next time it is tried again."""
+MEASURED, NO_TRAIN, NOT_READ = "measured", "no train", "not read"
+IN_PART, NOT_MEASURED = "measured in part", "not measured"
+"""Answers to a recording. The last two: processes of some wheels, or its own, died, or the program failed; the next
+time it is tried again."""
+UNFINISHED = (IN_PART, NOT_MEASURED)
 FLAWED = "flaw by the model"
 FINDINGS = ("stop", "maintain", "warning", FLAWED, STRIKES, NO_STRIKES, NO_FORCE)
 """Findings on a wheel, the worst first: the level of its worst alarm, else what a fitted model says, else its verdict.
@@ -78,7 +82,8 @@ def answer_source(shared: tuple[Asked, int | None], source: Source) -> Answer:
         found = with_models(found, recordings, asked.site, asked.diagnosed, workers)
         if not found:
             return Answer(NO_TRAIN, "no axle in any channel stands out from noise and drift")
-        return Answer(MEASURED, "", tuple(_train(one) for one in found))
+        lost = any(is_lost(one.finding) for one in found)
+        return Answer(IN_PART if lost else MEASURED, "", tuple(_train(one) for one in found))
     except InputError as error:
         return Answer(NOT_READ, str(error))
     except Exception as error:  # an error in one recording must not stop the others

@@ -19,7 +19,7 @@ from wheeltapper.diagnosis.wayside.database import Findings
 from wheeltapper.diagnosis.wayside.identities import Identity, named_wheels, read_identities, tagged
 from wheeltapper.diagnosis.wayside.sources import Source, sources_in
 from wheeltapper.faces.exits import write_whole
-from wheeltapper.faces.report.answers import NOT_MEASURED, Answer, Asked, Train, answer_source
+from wheeltapper.faces.report.answers import NOT_MEASURED, UNFINISHED, Answer, Asked, Train, answer_source
 from wheeltapper.faces.report.flats import flats_of
 from wheeltapper.faces.report.pages import LATEST, SUMMARY, courses_of, index_page, summary_of, train_page
 from wheeltapper.ground.errors import InputError, printable
@@ -107,7 +107,7 @@ class Report:
 
     def _keep(self, task: _Task, answer: Answer) -> None:
         """Write pages and rows of a recording. Its rows come last, so that a recording with rows has its pages."""
-        source, failed = task.source, answer.answer == NOT_MEASURED
+        source, failed = task.source, answer.answer in UNFINISHED
         passed = source.when
         if failed:
             self._failed[source.name] = task.mark

@@ -20,7 +20,15 @@ from wheeltapper.ground.arguments import as_path, as_quantity, check_choice, che
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import UNITS, unit_factor
 from wheeltapper.record.recordings.apart import read_apart
-from wheeltapper.record.recordings.checks import Grid, check_samples, clipped_samples, on_grid, rates_differ, size_notes
+from wheeltapper.record.recordings.checks import (
+    FEWEST,
+    Grid,
+    check_samples,
+    clipped_samples,
+    on_grid,
+    rates_differ,
+    size_notes,
+)
 from wheeltapper.record.recordings.files import read_file
 from wheeltapper.record.recordings.recording import Recording
 from wheeltapper.record.recordings.table import (
@@ -139,7 +147,7 @@ def read_channels_of(
         table = (read_apart if apart else read_file)(path, largest)
         out: dict[str, Recording] = {}
         taken: dict[int, str] = {}
-        clocks = set[int]()
+        clocks, dead = set[int](), dict[str, InputError]()
         for name, channel in wanted.items():
             column = _column_of(table, name, channel.column, path)
             if column is None:
@@ -152,10 +160,20 @@ def read_channels_of(
             stated = _stated_rate(in_file, channel.rate)
             own = quantity_of(_own_unit(table, samples), channel.quantity)
             unit = channel.unit if own is None else None  # the file knows it
-            out[name] = _checked_recording(
-                path, table, samples, clock, channel.quantity, unit, stated, None, channel.bridge
-            )
             clocks.add(id(clock))
+            try:
+                out[name] = _checked_recording(
+                    path, table, samples, clock, channel.quantity, unit, stated, None, channel.bridge
+                )
+            except InputError as error:
+                if np.isfinite(samples.values).sum() >= FEWEST:
+                    raise
+                dead[name] = error
+        if dead and not out:
+            raise next(iter(dead.values()))
+        if dead:
+            note = f"without values in {path.name}: {', '.join(map(repr, dead))}"
+            out = {name: replace(one, notes=(*one.notes, note)) for name, one in out.items()}
         others = [one for one in table.columns if id(one) not in {*taken, *clocks}]
         if out and len(out) < len(wanted) and others:
             note = f"there are columns of no channel: {column_list(others, table.columns)}"
