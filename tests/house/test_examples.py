@@ -54,7 +54,7 @@ SCRIPTS = {
 
 
 LONG = ("bouncing_for_ever.py", "rough_rail.py", "week_of_traffic.py")
-"""Scripts that take more than five seconds."""
+"""Scripts that take more than five seconds: the documentation runs them, too, and `.ci/run --all` looks at their numbers."""
 # Study: a feature, and its mean over the cells.
 STUDIES = {
     "bump_study.toml": ("impact_interval", 0.0095148269),
@@ -118,7 +118,9 @@ def test_the_study_fills_a_store_on_the_command_line(name: str, tmp_path: Path) 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow) if one in LONG else one for one in SCRIPTS])
+@pytest.mark.parametrize(
+    "name", [pytest.param(one, marks=pytest.mark.whole) if one in LONG else one for one in SCRIPTS]
+)
 def test_the_script_runs_and_prints_its_number(
     name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
