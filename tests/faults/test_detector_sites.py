@@ -79,6 +79,18 @@ def test_wrong_distances_are_refused_before_anything_is_read(tmp_path, capsys):
     assert "distances: found 'x'" in capsys.readouterr().err
 
 
+def test_pages_do_not_go_into_the_folder_of_the_recordings(tmp_path, capsys):
+    assert main(["report", str(tmp_path), "--site", str(SITE), "--output", str(tmp_path)]) == 2
+    assert "the folder of the recordings; allowed: another folder" in capsys.readouterr().err
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("workers", [0, -1, 1.5])
+def test_a_number_of_processes_is_judged_whatever_is_diagnosed(workers):
+    with pytest.raises(InputError, match="workers: found"):
+        measure_trains(RECORDING, SITE, workers=workers)
+
+
 def test_an_axle_box_that_rests_or_flies_is_refused():
     place = wt.load(SITE).replaced({"sensors": (), "static_force": 7e4})
     still = wt.diagnosis.Recording(np.zeros(20_000), 2000.0, "vertical acceleration", speed=20.0)

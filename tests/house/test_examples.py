@@ -54,7 +54,7 @@ SCRIPTS = {
 
 
 LONG = ("bouncing_for_ever.py", "rough_rail.py", "week_of_traffic.py")
-"""Scripts that take more than five seconds: the documentation runs them, too, and `.ci/run --all` looks at their numbers."""
+"""Scripts that take more than five seconds: the documentation runs them; `.ci/run --all` compares their numbers."""
 # Study: a feature, and its mean over the cells.
 STUDIES = {
     "bump_study.toml": ("impact_interval", 0.0095148269),

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from wheeltapper.faces.exits import DONE, NOT_FINISHED, make_folder
+from wheeltapper.ground.errors import InputError
 
 SEVERAL = Parameter(consume_multiple=True, negative="")
 
@@ -78,6 +79,8 @@ def report(
     asked = Asked(as_any_site(site), as_rules(rules, countries), distances, diagnosed)
     pause = as_quantity(every, "--every", "time")
     known_distances(distances)
+    if output.resolve() == folder.resolve():
+        raise InputError("", "--output", f"{output}, the folder of the recordings", "another folder")
     make_folder(output)
     places = Places(folder, output, output / "findings.db" if database is None else database, identities)
     try:

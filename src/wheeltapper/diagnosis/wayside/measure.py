@@ -35,7 +35,7 @@ from wheeltapper.diagnosis.wayside.seen import blind_shares
 from wheeltapper.diagnosis.wayside.sizes import with_sizes
 from wheeltapper.diagnosis.wayside.vehicles import Vehicle, vehicles_of
 from wheeltapper.diagnosis.wayside.wheels import Side, imbalance, seats_of, sides_of, turn_between
-from wheeltapper.ground.arguments import as_list, as_quantity, check_choice, check_text
+from wheeltapper.ground.arguments import as_count, as_list, as_quantity, check_choice, check_text
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.warned import warn_of
 from wheeltapper.lower.plausible import site_notes
@@ -103,6 +103,7 @@ def measure_trains(
     check_text(name, "name")
     check_text(date, "date")
     check_choice(diagnosed, "diagnosed", DIAGNOSED)
+    workers = None if workers is None else as_count(workers, "workers")
     given = recordings if isinstance(recordings, Mapping) else read_channels(recordings, site)
     found = trains_in(channels_of(given, site), site, chosen, distances, name, date)
     return tuple(one.finding for one in with_models(found, given, site, diagnosed, workers))
