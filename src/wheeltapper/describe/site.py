@@ -80,7 +80,7 @@ class Site(Noun):
     ----------
     passage
         A healthy wheelset's passage: vehicle, deck, irregularity, contact, speed; time zero is the trigger, at x = 0.
-        Without it the site has no model: forces are those of its `sensors`.
+        Without it and without a `track` the site has no model: forces are those of its `sensors`.
     sensor
         Sensor on the deck.
     sensors

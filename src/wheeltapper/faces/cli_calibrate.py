@@ -33,8 +33,8 @@ def calibrate(
     output
         Write the site with the new values and their uncertainties here (.toml).
     loads
-        Known loads in TOML: a table for each recording with such a vehicle, as ["2026-05-03T10-00"] with 1 = "220 kN"
-        for its first axle, or with the loads of both wheels in a list.
+        Known loads in TOML: a table for each recording with such a vehicle, as ["2026-05-03T10-00.csv"] with
+        1 = "220 kN" for its first axle, or with the loads of both wheels in a list.
     places
         Standard deviation of the stated places of gauges.
     period

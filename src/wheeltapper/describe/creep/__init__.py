@@ -1,6 +1,6 @@
 """Creep laws: how friction limits the tangential force of a rolling contact.
 
-All start from Kalker's linear resultant F of creepages and spin, and give T = F·saturation(F/(μ·N)).
+All but Fastsim start from Kalker's linear resultant F of creepages and spin, and give T = F·saturation(F/(μ·N)).
 """
 
 from typing import TYPE_CHECKING

@@ -205,7 +205,7 @@ class WheelFinding(Shown):
         self, limit: float | str, speed: float | str, *, below_500: bool = False,
         static_force: float | str | None = None,
     ) -> dict[str, float | None]:  # fmt: skip
-        """Return the length from which on the wheel's peak at a speed exceeds a limit, m; None: none does.
+        """Return the length from which on the wheel's peak at a speed exceeds a limit, m; None: none up to 0.1 m does.
 
         Parameters
         ----------

@@ -31,7 +31,7 @@ def write_recording(recording: Recording | str | Path, path: str | Path) -> Path
     Parameters
     ----------
     recording
-        A recording of either quantity, or the path of its file. Parts of its truth that JSON cannot express are written
+        A recording of any quantity, or the path of its file. Parts of its truth that JSON cannot express are written
         as text.
     path
         .csv, .csv.gz (SI units, every digit), .npz or .nc.
