@@ -32,8 +32,8 @@ def report(
 ) -> int:
     """Report the trains in recordings of a track's sensors: a page for each, an index, CSV, JSON, and a database.
 
-    The same command continues where it was stopped: a recording is evaluated once, and again only if its file, the site,
-    the rules or its identity have changed. A file that cannot be read has a row in the index that says why.
+    The same command continues where it was stopped: a recording is evaluated once, and again only if its file, the
+    site, the rules or its identity have changed. A file that cannot be read has a row in the index that says why.
 
     Exit code 3: the command was stopped, or failed on some recordings ("not measured"); the rest is done. A recording
     that cannot be read ("not read") does not count as such a failure.
