@@ -305,7 +305,7 @@ class Wheels:
         return Flat(length, flaw.chi / flaw.readings, window, added * flaw.gains)
 
     def apart(self, asked: Iterable[int]) -> list[list[int]]:
-        """Return groups of wheels that may have flats, of which none feels a wheel of another group."""
+        """Return groups of wheels that may have flats, the large ones first; none feels a wheel of another group."""
         left, out = {axle for axle in asked if self.seen[axle].gain >= SCREENED}, list[list[int]]()
         while left:
             group = [left.pop()]
@@ -314,7 +314,7 @@ class Wheels:
                 left -= near
                 group += near
             out.append(sorted(group))
-        return out
+        return sorted(out, key=lambda group: (-len(group), group))
 
     def is_whole(self, axle: int) -> bool:
         """Return whether a wheel was recorded from before the first gauge to behind the last, and weighed."""
