@@ -72,7 +72,8 @@ def test_a_border_is_drawn_over_its_map():
     curve = wt.border(NOMINAL, over, losses=2, resolution=8)
     axis = wt.plot(chart, border=curve).axes[0]
     (line,) = axis.lines
-    np.testing.assert_allclose(line.get_ydata(), curve["vehicle.mass"].values / 1500)
+    np.testing.assert_allclose(line.get_ydata(), curve["vehicle.mass"].values)  # kg
+    np.testing.assert_allclose(line.get_xdata(), curve["vehicle.damping"].values / 1e3)  # kN s/m
     with pytest.raises(wt.InputError, match="border"):
         wt.plot(chart, border=wt.border(DIP, {"irregularity.0.height": [-2e-5, -1e-5], "speed": [4, 5]}, resolution=3))
 
