@@ -57,6 +57,9 @@ def test_a_wagons_feature_has_one_panel_of_the_wheel_in_which_it_varies_most():
         ("vehicle.bodies.car body.inertia.1", "inertia 2 of the car body"),
         ("irregularity.0.height", "height of irregularity 1"),
         ("track.rail.bending_stiffness", "bending stiffness of the rail"),
+        ("irregularity.right.0.height", "height of irregularity 1 right"),
+        ("irregularity.0.of.height", "height of irregularity 1"),
+        ("vehicle.spring_corners.0.1", "spring corners 1 2 of the vehicle"),
     ],
 )
 def test_a_path_is_called_by_what_holds_the_field(path, said):

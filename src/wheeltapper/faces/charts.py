@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -161,9 +162,14 @@ def _read(chart: xr.Dataset, name: str) -> tuple[FloatArray, str]:
 
 def _scenario_of(chart: xr.Dataset) -> Scenario | None:
     """Return the chart's scenario; None if it is unknown."""
+    return _scenario_in(str(chart.attrs.get("scenario", "")))
+
+
+@lru_cache(maxsize=4)
+def _scenario_in(text: str) -> Scenario | None:
     try:
-        return Scenario.of(json.loads(chart.attrs["scenario"]))
-    except (KeyError, TypeError, ValueError):
+        return Scenario.of(json.loads(text))
+    except (TypeError, ValueError):
         return None
 
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from wheeltapper.describe.paths import value_at
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -50,24 +52,21 @@ def words(path: str, scenario: Any = None) -> str:
     What has a name in the scenario is called by it: "vehicle.bodies.0.mass" is the mass of the car body.
     """
     *holders, field = path.split(".")
-    if field.isdigit() and holders:
-        field = f"{holders.pop()} {int(field) + 1}"
-    holder, held = "", scenario
-    for before, part in zip(["", *holders], holders, strict=False):
-        held = _inside(held, part)
-        if before in ONE_OF:
-            name = getattr(held, "name", "") or f"{ONE_OF[before]} {int(part) + 1}" if part.isdigit() else part
-            holder = name if name[-1:].isdigit() else f"the {name}"
-        elif part not in ONE_OF:
-            holder = f"the {part.replace('_', ' ')}"
-    return field.replace("_", " ") + (f" of {holder}" if holder else "")
-
-
-def _inside(held: Any, part: str) -> Any:
-    """Return what is at a part of a path; None where that is unknown."""
-    if part.isdigit() and isinstance(held, tuple):
-        return held[int(part)] if int(part) < len(held) else None
-    return getattr(held, part, None)
+    numbers = ""
+    while field.isdigit() and holders:
+        field, numbers = holders.pop(), f" {int(field) + 1}{numbers}"
+    holder = kind = ""
+    for place, part in enumerate(holders):
+        if part in ONE_OF:
+            kind = ONE_OF[part]
+        elif part.isdigit():
+            own = None if scenario is None else value_at(scenario, ".".join(holders[: place + 1]))
+            side = "" if holders[place - 1] in ONE_OF else f" {holders[place - 1]}"  # irregularity.right.0
+            holder = getattr(own, "name", "") or f"{kind} {int(part) + 1}{side}"
+        elif part != "of":  # what is repeated
+            holder = part.replace("_", " ")
+    article = "" if any(letter.isdigit() for letter in holder) else "the "
+    return field.replace("_", " ") + numbers + (f" of {article}{holder}" if holder else "")
 
 
 def number_text(value: float, digits: int = 4) -> str:
