@@ -18,7 +18,8 @@ SIZE, DOTS = (4.0, 2.6), 150
 
 def detector(axes: Axes) -> None:
     """Draw what one pair of gauges recorded of a train with a wheel that strikes."""
-    recordings = read_channels(next((EXAMPLES / "data" / "passages").glob("*.csv.gz")), EXAMPLES / "detector.toml")
+    first = min((EXAMPLES / "data" / "passages").glob("*.csv.gz"))
+    recordings = read_channels(first, EXAMPLES / "detector.toml")
     loudest = max(recordings.values(), key=lambda one: float(one.samples.max()))
     seconds = loudest.start + np.arange(len(loudest.samples)) / loudest.rate
     axes.plot(seconds, 1e-3 * loudest.samples, lw=0.8)
