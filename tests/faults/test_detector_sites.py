@@ -32,6 +32,15 @@ def test_a_site_with_a_track_is_judged(changes, said):
     assert [note for note in site_notes(place.replaced(changes)) if said in str(note)]
 
 
+def test_a_length_from_seat_to_seat_is_astride_none():
+    place = wt.load(SITE)
+    whole = [
+        one.model_copy(update={"x1": 0.6 * number, "x2": 0.6 * (number + 1)})
+        for number, one in enumerate(place.sensors)
+    ]
+    assert not site_notes(place.replaced({"sensors": whole}))
+
+
 def written(path, change):
     """Write a recording of the week with other rows of numbers."""
     found = read_channels(RECORDING, wt.load(SITE))

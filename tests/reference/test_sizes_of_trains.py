@@ -74,6 +74,13 @@ def recordings(flawed):
     return {f"{number}": Recording(row, RATE, "force") for number, row in enumerate(noisy)}, wheels, passages
 
 
+def wheels_of(found, place):
+    """Return the wheels of the train in recordings of one rail."""
+    (train,) = trains_in(channels_of(found, place), place, (), None, "", "")
+    (rail,) = rails_of(train.passage, train.pulses, train.sides, known_of(place))
+    return Wheels(rail, train.passage, train.sides[0].mean)
+
+
 @pytest.mark.whole
 @pytest.mark.slow
 def test_wheels_without_a_flaw_are_healthy():
@@ -137,12 +144,8 @@ def test_a_train_without_a_steady_speed_is_told():
 @pytest.mark.whole
 def test_a_train_that_runs_the_other_way_is_the_same_for_the_model():
     found, place = recordings(True)[0], site()
-    seen = []
-    for one in (place, mirrored(place)):
-        (train,) = trains_in(channels_of(found, one), one, (), None, "", "")
-        (rail,) = rails_of(train.passage, train.pulses, train.sides, known_of(one))
-        seen.append((rail, Wheels(rail, train.passage, train.sides[0].mean)))
-    (rail, wheels), (other, turned) = seen
+    wheels, turned = (wheels_of(found, one) for one in (place, mirrored(place)))
+    rail, other = wheels.rail, turned.rail
     assert rail.known.scene.track.first_sleeper == other.known.scene.track.first_sleeper
     assert [(one.x1, one.x2) for one in rail.sensors] == [(one.x1, one.x2) for one in other.sensors[::-1]]
     for axle in range(len(AXLES)):
@@ -231,9 +234,7 @@ def test_flats_on_own_recordings_have_their_lengths_at_33_metres_a_second():
 @pytest.mark.slow
 def test_wheels_that_may_feel_each_other_are_fitted_together():
     place, found = simulated(33.0, (0.4, 1.3), behind=1.8)
-    (train,) = trains_in(channels_of(found, place), place, (), None, "", "")
-    (rail,) = rails_of(train.passage, train.pulses, train.sides, known_of(place))
-    wheels = Wheels(rail, train.passage, train.sides[0].mean)
+    wheels = wheels_of(found, place)
     wheels.seen = {axle: wheels.look(wheels.passing(axle)) for axle in (0, 1)}
     assert wheels.apart([0, 1]) == [[0, 1]]
     wheels.passage = replace(wheels.passage, places=np.add(wheels.passage.places, [0.0, 30.0]))
@@ -276,14 +277,12 @@ def test_wheels_without_a_model_say_why_and_are_not_healthy(monkeypatch):
 @pytest.mark.slow
 def test_a_neighbour_that_is_not_weighed_is_left_out():
     place, found = simulated(33.0, (0.4, 1.3), behind=1.8)
-    (train,) = trains_in(channels_of(found, place), place, (), None, "", "")
-    (rail,) = rails_of(train.passage, train.pulses, train.sides, known_of(place))
-    whole = Wheels(rail, train.passage, train.sides[0].mean)
-    without = Wheels(rail, train.passage, np.where([False, True], np.nan, train.sides[0].mean))
+    whole = wheels_of(found, place)
+    without = Wheels(whole.rail, whole.passage, np.where([False, True], np.nan, whole.forces))
     assert without.neighbours(0) == [1]
     one, other = whole.passing(0), without.passing(0)
     behind = one.x - 1.8
-    near = np.stack([(behind > s.x1 - 0.9) & (behind < s.x2 + 0.9) for s in rail.sensors], axis=1)
+    near = np.stack([(behind > s.x1 - 0.9) & (behind < s.x2 + 0.9) for s in whole.rail.sensors], axis=1)
     assert one.used[near].any()
     assert not other.used[near].any()
     np.testing.assert_allclose(other.readings, one.readings, atol=2e3)  # N: both wheels weigh nearly the same

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import ChainMap
 from collections.abc import Iterator, Mapping
-from math import log, sqrt
+from math import ceil, log, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,6 +65,8 @@ HEIGHT = Usual("length", "mm", (0.01, 5), 0.0, 50)
 SPAN = Usual("length", "mm", (0.01, 10), 0.0, 100)
 """Of heights that are given one by one: from the lowest to the highest, of long waves too."""
 WAVE = Usual("length", "m", (0.01, 3), 1e-4, 1e4)
+AT_SEAT = 1e-6
+"""Of a spacing: a gauge that is nearer to a seat stands at it."""
 WHOLE_SLEEPER = "half of a sleeper is asked, not all of it"
 WHOLE_WHEELSET = "that of one wheel is asked, half of a wheelset's"
 NOT_LINEAR = "Hertz's constant in N/m^1.5 is another quantity, for `Hertz`"
@@ -310,7 +312,8 @@ def _astride_seats(site: Site) -> list[Note]:
     first, spacing = float(site.track.first_sleeper), float(site.track.spacing)
     astride = [
         repr(one.name) for one in site.sensors
-        if isinstance(one, BetweenPlaces) and (one.x1 - first) // spacing != (one.x2 - first) // spacing
+        if isinstance(one, BetweenPlaces)
+        and ceil((one.x1 - first) / spacing + AT_SEAT) < (one.x2 - first) / spacing - AT_SEAT
     ]  # fmt: skip
     if not astride:
         return []

@@ -23,6 +23,7 @@ from wheeltapper.diagnosis.gauges.known import RADIUS, known_of
 from wheeltapper.diagnosis.gauges.weighing import ORDER
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.plausible import SPEED
 from wheeltapper.march.common.blocks import algebra_on_one_thread
 from wheeltapper.record.assessment.filtering import low_passed
 from wheeltapper.record.recordings.read import read_recording
@@ -31,8 +32,6 @@ from wheeltapper.record.recordings.recording import Recording
 FloatArray = NDArray[np.float64]
 LOWEST = 1000.0
 """Samples per second that are needed."""
-FASTEST = 200.0
-"""No vehicle is faster, m/s."""
 HIGHEST, PER_CUTOFF = 800.0, 3.0
 """The cut-off frequency, Hz, at most, and samples in its period, at least."""
 SPEED_SPREAD = 0.02
@@ -96,8 +95,8 @@ def diagnose_axle_box(
     measured = abs(recording.speed or 0.0) if speed is None else as_quantity(speed, "speed", "speed")
     if not measured > 0.0:
         raise InputError(source, "speed", "none", "the measured speed of the vehicle, as 80 km/h")
-    if not measured <= FASTEST:
-        raise InputError(source, "speed", f"{measured:.4g} m/s", f"at most {FASTEST:g} m/s")
+    if not measured <= SPEED.most:
+        raise InputError(source, "speed", f"{measured:.4g} m/s", f"at most {SPEED.most:g} m/s")
     known = known_of(site)
     spread = WIDE * float(np.hypot(SPEED_SPREAD, known.spread.get(RADIUS, 0.0)))
     least = FEWEST * 2.0 * pi * float(known.scene.vehicle.radius) / measured * (1.0 + spread)

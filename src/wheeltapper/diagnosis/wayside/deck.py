@@ -47,9 +47,10 @@ def with_deck(
             said[i] = "too little of the deck's recording is of it alone; no model is compared"
         else:
             parts[i] = part
-    with closing(in_processes(_told_or_why_not, site, [*parts.values()], workers)) as done:
+    cut = [*parts]
+    with closing(in_processes(_told_or_why_not, site, [parts[i] for i in cut], workers)) as done:
         for number, told in done:
-            i = [*parts][number]
+            i = cut[number]
             if isinstance(told, dict):
                 entries[i]["model"] = told
             else:
