@@ -93,14 +93,14 @@ def resumed(spec: dict[str, Any], folder: Path) -> xr.Dataset:
 
     Store.write = stopping  # type: ignore[method-assign]
     try:
-        fill_store(path, spec)
+        fill_store(Store(path, spec))
     except KeyboardInterrupt:
         pass
     finally:
         Store.write = plain  # type: ignore[method-assign]
     if len(written) == 1 and not path.exists():
         raise RuntimeError("an interrupted store is lost")
-    fill_store(path, spec, resume=True)
+    fill_store(Store(path, spec), resume=True)
     return xr.open_zarr(path).load()
 
 

@@ -12,7 +12,7 @@ import wheeltapper as wt
 from tests.faults.test_stores import files, written
 from wheeltapper.ask import store as stores
 from wheeltapper.faces.cli import main
-from wheeltapper.record.files.chart_store import CHECKSUMS, load_chart
+from wheeltapper.record.files.filled import CHECKSUMS, load_filled
 from wheeltapper.record.simulate import ModelWarning
 
 
@@ -177,7 +177,7 @@ def test_what_is_no_chart_is_refused_in_one_line(whole, tmp_path):
     }
     for path, text in cases.items():
         with pytest.raises(wt.InputError, match=text) as error:
-            load_chart(path)
+            load_filled(path)
         assert "\n" not in str(error.value)
 
 

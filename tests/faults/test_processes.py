@@ -15,6 +15,7 @@ from tests.faults import tasks
 from tests.faults.test_stores import files, written
 from wheeltapper.ask import spec
 from wheeltapper.ask.fill import fill_store
+from wheeltapper.ask.store import Store
 from wheeltapper.diagnosis import folder, performance, processes, train
 from wheeltapper.diagnosis.processes import Lost, ProcessError, in_processes
 from wheeltapper.faces.cli import main
@@ -301,7 +302,7 @@ def test_a_design_that_a_callback_stops_says_so():
 def test_a_store_that_a_callback_stops_goes_on(tmp_path):
     study = spec.read_study(written(tmp_path))
     with pytest.raises(MyOwnError, match=r"^2$"), reporting(raised_after([]), say=lambda line: None):
-        fill_store(tmp_path / "a.zarr", study)
-    fill_store(tmp_path / "a.zarr", study, resume=True)
-    fill_store(tmp_path / "b.zarr", study)
+        fill_store(Store(tmp_path / "a.zarr", study))
+    fill_store(Store(tmp_path / "a.zarr", study), resume=True)
+    fill_store(Store(tmp_path / "b.zarr", study))
     assert files(tmp_path / "a.zarr") == files(tmp_path / "b.zarr")

@@ -111,10 +111,12 @@ def test_pages_stand_alone_and_show_every_wheel(site_report):
                 target = held.get(name, "data:")
                 local = re.fullmatch(r"[\w.%-]+\.(html|csv)", target) is not None
                 assert target.startswith(("data:", "#")) or (name == "href" and local), target
+        assert "prefers-color-scheme: dark" in page.text
         if file.name != "index.html":
             table = rows_of(file.with_suffix(".csv"))
             assert page.wheels() == [f"wheel-{row['axle']}-{row['side']}" for row in table]
             assert len(table) == 24
+            assert "vehicle axle side alarms" in " ".join(page.text.split())  # in sight of a narrow window
 
 
 def test_the_struck_wheel_is_coloured_and_its_evidence_drawn(site_report):

@@ -409,10 +409,10 @@ def test_twenty_kills_of_workers_and_drivers_leave_the_same_bits(tmp_path):
 
 
 def test_kernels_are_compiled_before_the_first_chunk_is_given_to_a_worker(tmp_path, monkeypatch):
-    asked = spec.described_study(spec.read_study(written(tmp_path)))
+    store = stores.Store(tmp_path / "map.zarr", spec.read_study(written(tmp_path)))
     done = []
-    monkeypatch.setattr("wheeltapper.ask.cells.compute_cells", lambda study, changed, threads: done.append(changed))
-    filling.compile_first(asked)
+    monkeypatch.setattr("wheeltapper.ask.store.compute_cells", lambda study, changed, threads: done.append(changed))
+    store.compile_first()
     assert [{path: values.tolist() for path, values in cell.items()} for cell in done] == [
         {"vehicle.damping": [2e4], "vehicle.mass": [800.0]}
     ]

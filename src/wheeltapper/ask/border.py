@@ -107,7 +107,7 @@ class _Plane:
         found = self.cells(self.scenario, changed, self.method).margins(self.losses, self.threads)
         broken = int(np.isnan(found).sum())
         if broken:
-            warn_caller(f"{broken} of {len(found)} runs broke off; where they are no border is drawn")
+            warn_caller(f"{broken} of {len(found)} runs broke off: near them the border is missing")
         return found.reshape(x.shape)
 
     def border_curves(self, x: FloatArray, y: FloatArray) -> list[FloatArray]:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from wheeltapper._version import __version__
 from wheeltapper.ask.computed import STATUS, TRUST, TRUST_BY_DIFFERENCES, ComputedCells
 from wheeltapper.ask.study import Study, unit_of
-from wheeltapper.record.files.chart_store import FORMAT
-from wheeltapper.record.labels import CHART_TITLE, flag_attributes
+from wheeltapper.record.files.filled import CHART
+from wheeltapper.record.labels import flag_attributes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -127,6 +127,6 @@ def chart_attributes(asked: Study, notes: tuple[str, ...]) -> dict[str, Any]:
     except ValueError:
         text = repr(asked.scenario)
     return {
-        "title": CHART_TITLE, "format": FORMAT, "scenario": text, "notes": json.dumps([*asked.notes, *notes]),
+        "title": CHART.title, "format": CHART.format, "scenario": text, "notes": json.dumps([*asked.notes, *notes]),
         "method": asked.method, "wheeltapper": __version__, "numba": numba.__version__, "numpy": np.__version__,
     }  # fmt: skip

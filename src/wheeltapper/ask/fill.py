@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from functools import lru_cache
 from importlib import import_module
-from math import prod
 from pathlib import Path
 from typing import Any
 
-from wheeltapper.ask.store import Store
-from wheeltapper.ask.study import Study
+from wheeltapper.ask.filled import FilledStore
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.locks import locked
 from wheeltapper.ground.notes import Shared, shared_notes
@@ -20,8 +18,8 @@ from wheeltapper.ground.progress import progress_shown, report, say
 from wheeltapper.march.common.blocks import core_count
 
 Place = tuple[int, ...]
-Done = tuple[Place, int, str, tuple[Shared, ...]]
-"""A chunk, its number of cells, an error ("" if there was none), and notes."""
+Done = tuple[Place, str, tuple[Shared, ...]]
+"""A chunk, an error ("" if there was none), and notes."""
 ENVIRONMENT = {"OMP_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1, "MKL_NUM_THREADS": 1}
 """Environment variables of worker processes on this machine: linear algebra uses one thread, since the workers occupy
 the cores. It replaces Dask's default, which also limits how much freed memory a process keeps. With that limit every
@@ -50,17 +48,15 @@ class ClusterError(RuntimeError):
 
 
 def fill_store(
-    path: Path, spec: dict[str, Any], *, resume: bool = False, workers: int = 0, scheduler: str | None = None,
+    store: FilledStore, *, resume: bool = False, workers: int = 0, scheduler: str | None = None,
     threads: int | None = None,
 ) -> list[str]:  # fmt: skip
-    """Compute a study into a store; return what could not be computed, by its parameters.
+    """Compute what a store shall hold; return what could not be computed.
 
     Parameters
     ----------
-    path
-        The store's folder, new unless `resume`.
-    spec
-        Result of `spec.read_study`.
+    store
+        The store; its folder is new unless `resume`.
     resume
         Continue a store that exists: only missing chunks are computed.
     workers, scheduler
@@ -68,7 +64,7 @@ def fill_store(
     threads
         Number of threads of this process; by default one per core.
     """
-    store = Store(path, spec)
+    path, things = store.path, store.kind.things
     if path.exists() and not resume:
         raise InputError(
             str(path), "--output", "a store that is there already", "a new name, or --resume to go on with it"
@@ -81,31 +77,29 @@ def fill_store(
             store.create()
         todo = store.missing_chunks()
         if todo and (workers or scheduler):
-            compile_first(store.study)
-        of = store.study.cell_count
-        done = of - sum(_cell_count(store, place) for place in todo)
+            store.compile_first()
+        of = store.count
+        done = of - sum(store.count_in(place) for place in todo)
         failed = []
         noted: tuple[Shared, ...] = ()
-        report("cells", done, of)
+        report(things, done, of)
         try:
-            for place, cells, wrong, notes in _filled_here(store, todo, workers, scheduler, threads or core_count()):
+            for place, wrong, notes in _filled_here(store, todo, workers, scheduler, threads or core_count()):
                 noted = shared_notes((*noted, *notes))
                 if wrong:
-                    failed.append(f"{store.chunk_ranges(place)}: {wrong}")
+                    failed.append(f"{store.described(place)}: {wrong}")
                 else:
-                    done += cells
-                report("cells", done, of)
+                    done += store.count_in(place)
+                report(things, done, of)
         finally:
             for note in noted:
                 say(f"note: {note.sentence_of(of)}")
     return failed
 
 
-def _cell_count(store: Store, place: Place) -> int:
-    return prod(part.stop - part.start for part in store.chunk_cells(place))
-
-
-def _filled_here(store: Store, todo: list[Place], workers: int, scheduler: str | None, threads: int) -> Iterator[Done]:
+def _filled_here(
+    store: FilledStore, todo: list[Place], workers: int, scheduler: str | None, threads: int
+) -> Iterator[Done]:
     if not (workers or scheduler):
         for place in todo:
             yield _computed_chunk(store, place, threads)
@@ -118,7 +112,7 @@ def _filled_here(store: Store, todo: list[Place], workers: int, scheduler: str |
         raise ClusterError(f"the workers failed ({type(error).__name__}: {error})") from error
 
 
-def _on_cluster(store: Store, todo: list[Place], workers: int, scheduler: str | None) -> Iterator[Done]:
+def _on_cluster(store: FilledStore, todo: list[Place], workers: int, scheduler: str | None) -> Iterator[Done]:
     distributed: Any = import_module("distributed")
     if scheduler:
         with _connected(scheduler) as client:
@@ -150,43 +144,43 @@ def _local_cluster(workers: int) -> Any:
     return distributed.LocalCluster(n_workers=workers, **settings)
 
 
-def _computed_chunk(store: Store, place: Place, threads: int) -> Done:
+def _computed_chunk(store: FilledStore, place: Place, threads: int) -> Done:
     """Compute one chunk in this process. Errors of the computation are returned; errors of the disk are raised."""
     try:
-        with progress_shown(False):  # cells are counted in the whole store
-            cells, notes = store.write(place, threads)
+        with progress_shown(False):  # it is counted in the whole store
+            notes = store.write(place, threads)
     except OSError:
         raise
     except Exception as error:
-        return place, 0, f"{type(error).__name__}: {error}", ()
-    return place, cells, "", notes
+        return place, f"{type(error).__name__}: {error}", ()
+    return place, "", notes
 
 
-def worker_chunk(path: str, text: str, place: Place) -> Done:
-    """Compute one chunk on a worker."""
-    return _computed_chunk(_opened_store(path, text), place, 1)
+def worker_chunk(kind: Callable[[Path, Any], FilledStore], path: str, text: str, place: Place) -> Done:
+    """Compute one chunk on a worker, of a store of this class."""
+    return _computed_chunk(_opened_store(kind, path, text), place, 1)
 
 
 @lru_cache(maxsize=4)
-def _opened_store(path: str, text: str) -> Store:
-    return Store(Path(path), json.loads(text))
+def _opened_store(kind: Callable[[Path, Any], FilledStore], path: str, text: str) -> FilledStore:
+    return kind(Path(path), json.loads(text))
 
 
-def _filled_on_cluster(client: Any, store: Store, todo: list[Place]) -> Iterator[Done]:
+def _filled_on_cluster(client: Any, store: FilledStore, todo: list[Place]) -> Iterator[Done]:
     """Compute chunks on a cluster, a few more at a time than it has threads.
 
     When a worker dies, all its chunks are lost. Each is tried again alone, which shows the one that caused it.
     """
     distributed: Any = import_module("distributed")
     say(f"dashboard: {client.dashboard_link}")
-    text = json.dumps(store.spec)
+    of = type(store), str(store.path.resolve()), json.dumps(store.spec)
     waiting, suspects = list(reversed(todo)), list[Place]()
     attempts: dict[Place, int] = {}
     pending: dict[Any, Place] = {}
     room = 3 * max(1, sum(client.nthreads().values()))
 
     def submit_chunk(place: Place) -> None:
-        pending[client.submit(worker_chunk, str(store.path.resolve()), text, place, pure=False, retries=0)] = place
+        pending[client.submit(worker_chunk, *of, place, pure=False, retries=0)] = place
 
     while waiting or suspects or pending:
         while waiting and len(pending) < room:
@@ -209,7 +203,7 @@ def _filled_on_cluster(client: Any, store: Store, todo: list[Place]) -> Iterator
                 attempts[place] = attempts.get(place, 0) + 1
                 suspects.append(place)
             else:
-                yield place, 0, f"{type(error).__name__}: {error}", ()
+                yield place, f"{type(error).__name__}: {error}", ()
 
 
 def _wait_for_chunk(client: Any, pending: list[Any]) -> Iterable[Any]:
@@ -223,12 +217,3 @@ def _wait_for_chunk(client: Any, pending: list[Any]) -> Iterable[Any]:
             alone = 0.0 if client.nthreads() else alone + PATIENCE / 10
         if alone > PATIENCE:
             raise ClusterError(f"no worker came back within {PATIENCE:g} s")
-
-
-def compile_first(study: Study) -> None:
-    """Compute one cell here, so that kernels are compiled, and told of, before all workers ask for them."""
-    from wheeltapper.ask.cells import compute_cells
-
-    corner = study.changed_values(tuple(slice(0, 1) for _ in study.shape))
-    with suppress(Exception):  # it is said with the chunk
-        compute_cells(study, {path: values[:1] for path, values in corner.items()}, 1)

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 OTHER_ORDER = (
-    "as little as that changes, other things happen, or in another order: losses, impacts, onsets of yield, stops and "
-    "corners of elements, friction that slips or sticks, voids that close"
+    "even for a tiny change other events happen in the run, or in another order (losses, impacts, onsets of yield, stops "
+    "and corners of elements, friction that slips or sticks, voids that close)"
 )
-CORNER = "its slopes on both sides differ"
+CORNER = "the slopes below and above this value differ"
 """Why there is no derivative."""
 
 
@@ -96,5 +96,5 @@ def _missing_notes(asked: Study, features: tuple[Feature, ...], missing: list[tu
     out = []
     for (_, row, why), group in groupby(sorted(missing), key=lambda one: one[:3]):
         name, paths = features[row].name, ", ".join(asked.gradient[one[3]] for one in group)
-        out.append(Note(f"{name} has no derivative by {paths}: {why}", f"no derivative of {name}"))
+        out.append(Note(f"{name} has no derivative by {paths} (NaN): {why}", f"no derivative of {name}"))
     return out

@@ -44,7 +44,8 @@ def unknown_notes(asked: Study, found: ComputedCells) -> Iterator[Shared]:
             continue
         by = ", ".join(path for path, own in zip(asked.gradient, lost, strict=True) if own.any())
         text = (
-            f"{feature.name} has no derivative by {by}: it depends on a time without one, at a jump of the path, or "
-            "where a contact that is still indented is released or presses again, or on a force at an end of the run"
+            f"{feature.name} has no derivative by {by} (NaN): it depends on an event whose time has none, at a jump of "
+            "the path or where a contact that is still indented loses or regains its force, or on the force at the "
+            "start or the end of the run"
         )
         yield Shared(Note(text, f"no derivative of {feature.name}"), int(cells.sum()))

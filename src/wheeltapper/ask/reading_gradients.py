@@ -246,7 +246,7 @@ def _differentiate_runs(readings: _Readings, paths: list[str]) -> dict[str, Floa
         if np.isnan(slope.value[missing]).all():
             why = f"it cannot be changed: {slope.refusal}" if slope.refusal else OTHER_ORDER
             why = CORNER if slope.at_corner.all() else why
-            warn_caller(f"readings have no derivative by {path}: {why}")
+            warn_caller(f"readings have no derivative by {path} (NaN): {why}")
     return moved
 
 

@@ -115,8 +115,9 @@ def _friction_text(level: Scenario, sticking: list[Friction], found: float, sear
     except InputError as error:
         other = f"below {lowest:.4g} m/s" if "grows already" in error.found else f"none ({error})"
     return (
-        f"the critical speed, {speed_text(found)}, is that of friction which sticks: {', '.join(ways[:3])}{more}; "
-        f"of the vehicle without this friction it is {other}; while it slides, growth depends on the size of the motion"
+        f"the critical speed, {speed_text(found)}, holds while dry friction sticks ({', '.join(ways[:3])}{more}); "
+        f"without this friction it is {other}. Where friction slides, it depends on the size of a deviation whether it "
+        "grows: simulate one of that size"
     )
 
 
@@ -137,5 +138,5 @@ def _check_slowest(scenario: Scenario, growth: float) -> None:
     if len(undamped):
         more = f" and {len(undamped) - 1} more" if len(undamped) > 1 else ""
         warn_caller(
-            f"undamped: {mode_text(int(undamped[0]))}{more}; what neither grows nor decays is not counted as hunting"
+            f"undamped: {mode_text(int(undamped[0]))}{more}; a mode that neither grows nor decays does not count as hunting"
         )

@@ -371,22 +371,24 @@ def _finding_notes(case: Case) -> tuple[str, ...]:
     ]
     clipped = int(case.whole.clipped.sum())
     if clipped:
-        notes.append(f"{clipped} clipped samples count as bounds")
+        notes.append(f"{clipped} samples are clipped: of them it is only used that the true values lie beyond")
     if case.exit is not None:
         start, end = 1e3 * case.exit.start, 1e3 * case.exit.end
         notes.append(f"{start:.1f} to {end:.1f} ms are left out: the wheel leaves the deck at an uncertain time in it")
     if case.omitted is not None:
         start, end = 1e3 * case.omitted.start, 1e3 * case.omitted.end
-        notes.append(f"{start:.1f} to {end:.1f} ms are left out: no model explains them; this one explains all else")
+        notes.append(
+            f"{start:.1f} to {end:.1f} ms are left out: no model explains them; the verdict's model explains the rest"
+        )
     if case.site.trigger is None:
         notes.append("the site has no trigger: the passage was found in the recording by its onset")
     plain = case.fits["plain"]
     if not plain.converged and plain.reduced <= EXPLAINED:
-        notes.append("the fit has not settled")
+        notes.append("the fit of the model has not converged: its values are uncertain")
     if not case.is_explained and plain.held > case.after(LASTING):
         fields = Fields(plain.scenario)
         notes.append(
             f"up to {1e3 * plain.held:.0f} ms a mass of {float(fields(MASS)):.4g} kg and a damping of "
-            f"{1e-3 * float(fields(DAMPING)):.4g} kN s/m explain it"
+            f"{1e-3 * float(fields(DAMPING)):.4g} kN s/m explain the recording"
         )
     return tuple(notes)

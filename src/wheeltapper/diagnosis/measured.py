@@ -42,7 +42,9 @@ def measured_forces(case: Case) -> Forces:
         notes.append(f"no model explains the recording: its forces are reconstructed from it ({force.method})")
     else:
         largest = static - float(passage.track.mass) * float(np.nanmin(recording.samples))
-        notes.append("no model explains the recording: its largest force is what the clipped samples show, or more")
+        notes.append(
+            "no model explains the recording: the largest force given is the least that the clipped samples allow"
+        )
     if recording.clipped.any():
         notes.append("samples are clipped: the true largest force may lie beyond the one given")
     return Forces(float(case.passage.speed), static, max(largest, static), None, "recording", deviation, tuple(notes))
@@ -59,7 +61,7 @@ def forces_with_unexplained(case: Case, forces: Forces) -> Forces:
     top = int(np.argmax(seen))
     if seen[top] <= forces.largest:
         return forces
-    note = "the largest force is reconstructed from the stretch that is left out"
+    note = "the largest force is reconstructed from the part of the recording that no model explains"
     return forces._replace(
         largest=float(seen[top]), source="recording", deviation=float(measured.deviation[top]),
         notes=(*forces.notes, note),

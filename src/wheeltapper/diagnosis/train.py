@@ -53,6 +53,8 @@ OF_FITS = ("model_kn",)
 """Columns that only trains have of whose wheels models were fitted."""
 OF_MODELS = ("level_kn", "probability", "size")
 """Columns that only a model fills."""
+VERIFY = "the limits of alarms are copies of documents that change: verify the current edition of each"
+"""What is said wherever there is an alarm."""
 FEWEST = 6
 """Largest number of alarms of one axle that are printed in full; the rest are counted."""
 
@@ -239,16 +241,16 @@ class TrainFinding(Shown):
 
     def _train_notes(self) -> tuple[str, ...]:
         if any("wheels" in entry for entry in self.axles):
-            verify = ("alarm rules are to compare with; each says: verify current edition",) if self.alarms else ()
+            verify = (VERIFY,) if self.alarms else ()
             return (*self.notes, *rule_notes(self.rules), *verify)
         notes = ["peaks and ratios are those of the wheelset, over this site's irregularity"]
         if np.isfinite(self.healthy_ratio):
             notes[0] += f", where a healthy wheelset as stated has {self.healthy_ratio:.2f} times its static force"
-        notes.append("level: the largest force of the best model on level, rigid track; alarms compare this one")
+        notes.append("level: the largest force of the best model on level, rigid track; alarms compare this force")
         if any(entry["verdict"] == NOT_EXPLAINED for entry in self.axles):
             notes.append(
-                "not explained: no model gives a force on level track; forces are from the recording, alarms compare "
-                "the peak with what the site's irregularity adds, and the speed is the measured or stated one"
+                "not explained: without a model there is no force on level track; forces are from the recording, and "
+                "alarms compare the peak, which the site's irregularity makes larger; the speed is measured or stated"
             )
         if any(alarm.rule.per == "wheel" and "length" not in alarm.rule.quantity for alarm in self.alarms):
             notes.append(
@@ -256,7 +258,7 @@ class TrainFinding(Shown):
                 "fault is in a wheel or unknown"
             )
         if self.alarms:
-            notes.append("alarm rules are to compare with; each says: verify current edition")
+            notes.append(VERIFY)
         return (*notes, *rule_notes(self.rules))
 
 

@@ -134,12 +134,13 @@ def sweep(
             )
     from wheeltapper.ask.fill import ClusterError, fill_store
     from wheeltapper.ask.spec import read_study
+    from wheeltapper.ask.store import Store
     from wheeltapper.ground.progress import progress_shown
 
     try:
-        spec = read_study(study)
+        store = Store(output, read_study(study))
         with progress_shown(True, "cells"):
-            failed = fill_store(output, spec, resume=resume, workers=workers, scheduler=scheduler, threads=threads)
+            failed = fill_store(store, resume=resume, workers=workers, scheduler=scheduler, threads=threads)
     except InputError as error:
         raise error.at(str(study)) from error
     except KeyboardInterrupt:

@@ -7,6 +7,7 @@ that is not in `TRACES` is refused, so that no part of a picture is left out in 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from html import escape
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,6 +31,27 @@ MARKS = {
     "*": "star",
 }  # fmt: skip
 DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot", "None": "solid", "": "solid"}
+PAGE = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title}</title>
+<style>
+:root {{ color-scheme: light dark; }}
+body {{ margin: 8px; overflow-x: auto; }}
+@media screen and (prefers-color-scheme: dark) {{
+  body {{ background: #1a1a1a; }}
+  .plotly-graph-div {{ filter: invert(0.9) hue-rotate(180deg); }}
+}}
+</style>
+</head>
+<body>
+{drawn}
+</body>
+</html>
+"""
+"""A page around a picture. In the dark its lightness is turned round, so that lines and words stay apart from it."""
 ARROW = 9.0
 """Half the length of an arrow, in pixels of matplotlib."""
 
@@ -72,12 +94,18 @@ def interactive_figure(figure: Figure, path: Path | None = None) -> Any:
     out.update_layout(layout)
     if path is not None:
         try:
-            out.write_html(path, include_plotlyjs=True)
+            path.write_text(page_of(out, title), encoding="utf-8")
         except OSError as error:
             raise InputError(str(path), "path", f"a place that cannot be written ({error})", "a writable .html") from (
                 error
             )
     return out
+
+
+def page_of(figure: Any, title: str) -> str:
+    """Return a figure of plotly as a page of HTML that loads nothing; its script, some megabytes, is in it."""
+    drawn = figure.to_html(full_html=False, include_plotlyjs=True)
+    return PAGE.format(title=escape(title.replace("<br>", "; ")) or "picture", drawn=drawn)
 
 
 def _legend_below(legend: Any) -> dict[str, Any]:

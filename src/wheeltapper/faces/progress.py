@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 from threading import Lock, Timer
 from typing import TYPE_CHECKING
 
@@ -17,16 +18,26 @@ PATIENCE = 2.0
 """Time that work may take before a progress bar appears, s."""
 
 
+def time_text(elapsed: float, remaining: float | None) -> str:
+    """Return how long work has taken, s, and how much longer it will, where that is known."""
+    left = "" if remaining is None else f", {timedelta(seconds=int(remaining))} left"
+    return f"{timedelta(seconds=int(elapsed))} so far{left}"
+
+
 class _Bar:
     """A bar on a console; it appears when the work has taken long, even if nothing was reported by then."""
 
     def __init__(self, console: Console) -> None:
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+        from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
+        from rich.text import Text
+
+        class TimeColumn(ProgressColumn):
+            def render(self, task: Task) -> Text:
+                return Text(time_text(task.elapsed or 0.0, task.time_remaining))
 
         # What is printed meanwhile goes above the bar, except to a file or a pipe, which must not lose it to stderr.
         self._progress = Progress(
-            TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[said]}"), TimeElapsedColumn(),
-            TimeRemainingColumn(), TextColumn("left"),
+            TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[said]}"), TimeColumn(),
             console=console, transient=True, redirect_stdout=sys.stdout.isatty(),
         )  # fmt: skip
         self._task = self._progress.add_task("working", total=None, said="")

@@ -27,6 +27,8 @@ Y_LABELS = {
 LINES = {"left": "-", "right": "--"}
 LARGEST = 3.0
 """Largest quotient or unloading that is drawn; a lifted wheel has an infinite one."""
+ROUNDING = 1e-9
+"""A sum of lateral forces over the vertical one that is only rounding."""
 MARKS = "ovsd^x+"
 POINTS = 60
 MOST_LINES = 8
@@ -218,6 +220,7 @@ def draw_guidance(found: xr.Dataset) -> Figure:
                     linewidth=0.8, label=named or None,
                 )  # fmt: skip
         axis.set_ylabel(label)
+    _steady_sum(axes[1, 1], found)
     legend_above(axes[0, 0], 4)
     for axis in axes[-1]:
         axis.set_xlabel("time [ms]")
@@ -226,6 +229,13 @@ def draw_guidance(found: xr.Dataset) -> Figure:
     figure.suptitle(f"guiding forces by wheelset and side, {filtered}, means over {found.attrs['window']:g} m of way",
                     x=0.02, ha="left", fontsize=9)  # fmt: skip
     return figure
+
+
+def _steady_sum(axis: Axes, found: xr.Dataset) -> None:
+    """Let ΣY that is only rounding, such as that of a vehicle that runs straight, lie on zero."""
+    largest = np.nanmax(np.abs(found.sum_of_guiding_forces.values), initial=0.0)
+    if largest < ROUNDING * np.nanmax(found.wheel_force.values, initial=0.0):
+        axis.set_ylim(-1.0, 1.0)
 
 
 def draw_running_safety(found: xr.Dataset) -> Figure:

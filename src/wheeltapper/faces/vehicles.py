@@ -33,6 +33,8 @@ TURN = np.linspace(0.0, 2.0 * np.pi, 61)
 CIRCLE = 0.5 * np.column_stack([np.cos(TURN), np.sin(TURN)])
 FAR, ROOM = 0.025, 0.03
 """Largest displacement of a drawn shape, and the room around the vehicle, over its length."""
+NEAR, ROUNDING = 0.1, 1e-9
+"""Roots nearer than this share of their size have one label, and a damping ratio below this is written as zero."""
 SHAPES, NAMED = 4, 5
 """Most shapes in one picture, and most modes with a name over speed: those that decay most slowly."""
 
@@ -81,9 +83,10 @@ def draw_vehicle(wagon: Wagon) -> Figure:
         if name == "side" and kinds:
             legend_above(axis, len(kinds))
     numbers = [
-        Line2D([], [], linestyle="None", marker=f"${number}$", color="black", markersize=4 + 3 * (number > 9))
+        Line2D([], [], linestyle="None", marker=f"${number}$", color="black", markersize=5 + 3 * (number > 9),
+               markeredgewidth=0.0)  # an edge would smear the digits
         for number in range(1, len(places) + 1)
-    ]
+    ]  # fmt: skip
     if places:
         named = [", ".join(elements) for elements in places.values()]
         figure.legend(numbers, named, loc="outside lower left", ncols=columns, fontsize=7, title="elements")
@@ -172,7 +175,8 @@ def _number_places(axis: Axes, places: dict[tuple[float, ...], list[str]]) -> No
         seen.setdefault((x, y), []).append(number)
     for where, numbers in seen.items():
         text = ", ".join(map(str, numbers))
-        axis.annotate(text, where, (0.0, 4.0), textcoords="offset points", ha="center", fontsize=7)
+        axis.annotate(text, where, (0.0, 4.0), textcoords="offset points", ha="center", fontsize=7,
+                      bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.3})  # fmt: skip
 
 
 # -- modes ------------------------------------------------------------------------------------------------------------
@@ -198,13 +202,27 @@ def draw_modes(modes: xr.Dataset) -> Figure:
     upper, lower = halves[1].subfigures(2, 1, height_ratios=(3.0, 1.3 * len(shown)))
     axis = upper.subplots()
     _draw_roots(axis, [modes], RED)
-    for number in shown:
-        at = (roots[number].real, roots[number].imag / (2.0 * np.pi))
-        axis.annotate(str(int(modes.mode[number])), at, (4.0, 2.0), textcoords="offset points", fontsize=7)
+    for near in _groups_of_near(roots[shown]):
+        first = roots[shown[near[0]]]
+        text = ", ".join(str(int(modes.mode[shown[one]])) for one in near)
+        axis.annotate(text, (first.real, first.imag / (2.0 * np.pi)), (4.0, 2.0), textcoords="offset points",
+                      fontsize=7)  # fmt: skip
     axis.set_title("roots, and the numbers of the modes drawn below")
     _draw_shapes(lower, modes.isel(mode=shown))
     figure.suptitle(f"modes at {float(modes.attrs['speed']):g} m/s")
     return figure
+
+
+def _groups_of_near(roots: NDArray[np.complex128]) -> list[list[int]]:
+    """Return the numbers of roots in groups of those so near to each other that their names would overlap."""
+    groups: list[list[int]] = []
+    for number, root in enumerate(roots):
+        group = next((one for one in groups if abs(roots[one[0]] - root) < NEAR * abs(root)), None)
+        if group is None:
+            groups.append([number])
+        else:
+            group.append(number)
+    return groups
 
 
 def _draw_names(figure: SubFigure, modes: xr.Dataset) -> None:
@@ -264,8 +282,13 @@ def _draw_shapes(figure: SubFigure, modes: xr.Dataset) -> None:
             axis.set_xlabel(axis.get_xlabel() if mode == len(axes) - 1 else "")
         row[0].set_title(
             f"{int(one.mode)}: {one.name.values}, {float(one.frequency):.3g} Hz, "
-            f"{100.0 * float(one.damping_ratio):.3g} %", fontsize=8,
+            f"{_per_cent(float(one.damping_ratio))} %", fontsize=8,
         )  # fmt: skip
+
+
+def _per_cent(ratio: float) -> str:
+    """Return a damping ratio in per cent; what is only rounding is zero."""
+    return "0" if abs(ratio) < ROUNDING else f"{100.0 * ratio:.3g}"
 
 
 def _moved(

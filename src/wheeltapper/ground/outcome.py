@@ -14,11 +14,11 @@ class Outcome(Enum):
         "shorten the duration; if the wheel truly chatters for ever, add damping or hysteresis to the contact",
     )
     NOT_FINITE = (
-        "the motion left the range of numbers",
+        "the motion grew beyond the largest number of a computer",
         "check the orders of magnitude of stiffness, damping and mass",
     )
     STALLED = (
-        "time no longer advances: events follow each other faster than numbers can resolve",
+        "time no longer advances: events follow each other faster than the digits of a number can tell",
         "check for breakpoints of the irregularity that lie closer together than 1e-12 m",
     )
     END_OF_PATH = (
@@ -27,7 +27,7 @@ class Outcome(Enum):
     )
 
     UNBALANCED = (
-        "the energy of the run does not balance: its numbers mean nothing",
+        "the energy of the run does not balance: its results are wrong",
         'check the orders of magnitude of stiffness, damping and mass, and try method="strict"',
     )
     OUT_OF_MEMORY = (

@@ -62,13 +62,14 @@ better, but shorter steps are. All is the same however many contacts there are, 
 TABLE_BYTES = 50.0
 """Memory for each place in a bay, node and mode, while tables of single precision are made."""
 SUDDEN = Note(
-    "the track is at rest under the wheels at t = 0, which then move at full speed: what follows in the first 0.1 s or "
-    "so is also the answer to this start",
+    "at t = 0 the wheels already roll at full speed, but the track below them is still at rest: this start disturbs "
+    "the results of the first 0.1 s or so; let irregularities begin later",
     "sudden start",
 )
 """What a start at speed from a static state means."""
 HALVES = Note(
-    "all wheels are on one rail, and its half-sleepers do not know of the others: sleepers roll below a Wagon only",
+    "track.sleeper_roll_inertia has no effect here: this vehicle runs on one rail, on half-sleepers; sleepers roll below "
+    "a Wagon only",
     "sleepers' roll",
 )
 """What is left out where the track says how sleepers roll."""

@@ -419,8 +419,8 @@ def _constant_of_other_wheels(scenario: Scenario) -> Iterator[Note]:
     if (low_high := ONE_WHEEL.get(name)) and low_high[0] < share < low_high[1]:
         asked, other = ("a wheelset", "constant_per_wheel") if name == "constant" else ("one wheel", "constant")
         yield Note(
-            f"contact.{name} = {contact.given:.6g} N/m^1.5 is {share:.3g} times that of one wheel by radii and elastic "
-            f"constants, {one:.3g}, and here that of {asked} is asked; `{other}` is the other",
+            f"contact.{name} = {contact.given:.6g} N/m^1.5 is taken as that of {asked}, but is {share:.3g} times what "
+            f"radii and elastic constants give for one wheel, {one:.3g}: perhaps `{other}` is meant",
             _cause_text(f"contact.{name}"),
         )
 

@@ -44,14 +44,14 @@ are."""
 MOST_OCTETS = 6
 """Octets of contacts and voids: a double tells which of so many lanes are closed, and whether a step is at once."""
 TWO_RAILS = Note(
-    "the two rails are equal tracks side by side, each on half-sleepers of its own; with track.sleeper_roll_inertia "
-    "whole ones roll. Rails move vertically only, and creep forces act on the wheelsets alone",
+    "each rail lies on half-sleepers of its own, so that sleepers do not roll (with track.sleeper_roll_inertia they do); "
+    "rails move vertically only: creep forces move the wheelsets, not the rails",
     "two rails",
 )
-ROLLING = Note("rails move vertically only, and creep forces act on the wheelsets alone", "two rails")
+ROLLING = Note("rails move vertically only: creep forces move the wheelsets, not the rails", "two rails")
 """What the march leaves out of a real track, without and with sleepers that roll."""
 SPRINGS_AND_DAMPERS = Note(
-    "below voids the ballast's dampers stand where its springs do: ballast_roll_damping does not count there",
+    "at sleepers with voids ballast_roll_damping has no effect: there the ballast's dampers stand where its springs do",
     "voids below sleepers that roll",
 )
 

@@ -43,5 +43,8 @@ def marched_again(lowered: LoweredScenario, events: FloatArray, made_by: str) ->
     else:
         most = float(np.abs(after[:, 0] - before[:, 0]).max(initial=0.0)) * lowered.time
         difference = f"the largest difference to the stored events is {most:.2g} s"
-    text = f"marched again, as the file's march ({made_by}) does not fit this version: {difference}"
+    text = (
+        f"the motion in the file ({made_by}) is not what this version computes, so that the run was computed again: "
+        f"{difference}"
+    )
     return again, Note(text, "marched again", doubtful=True)

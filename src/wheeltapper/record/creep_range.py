@@ -55,8 +55,8 @@ def beyond_spin(lowered: Any, march: Any) -> tuple[Note, ...]:
     if not found:
         return ()
     text = (
-        f"{'; '.join(found)}: {type(law).__name__} is near FASTSIM up to {limit:g}, beyond that its forces are too "
-        "large; wt.creep.Fastsim() holds there"
+        f"{'; '.join(found)}: {type(law).__name__} is close to FASTSIM up to {limit:g} of that limit, beyond it gives "
+        "too large creep forces; use creep=wt.creep.Fastsim()"
     )
     return (Note(text, "spin", worst / limit),)
 

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 CHART_TITLE = "wheeltapper chart"
 """Title of what `sweep` returns and the command of that name writes."""
+DATASET_TITLE = "wheeltapper data set"
+"""Title of what the command `dataset` writes."""
 WEAR_TITLE = "wheeltapper wear"
 """Title of the datasets of `wear_in`."""
 RECEPTANCE_TITLE, STATIC_TITLE = "wheeltapper receptance", "wheeltapper static deflection"
@@ -75,7 +77,8 @@ LABELS = {
     "permanent_indentation": ("m", "indentation that is left if the contact unloads now, of both bodies together"),
     "displacement": (
         "m or rad",
-        "displacement of a body's centre of gravity from first touch, or rotation",
+        "displacement of a body's centre of gravity, or rotation, from where wheels first touch the rails; the springs "
+        "between bodies already carry their load there",
     ),
     "velocity": ("m/s or rad/s", "velocity of a body"),
     "acceleration": ("m/s^2 or rad/s^2", "acceleration of a body"),

@@ -19,8 +19,8 @@ from wheeltapper.lower.door import lowered_scenario
 from wheeltapper.march import run
 from wheeltapper.march.common.kept import UNDAMAGED, rising, table
 from wheeltapper.record.again import WITNESSES, marched_again
-from wheeltapper.record.files.chart_store import load_chart
 from wheeltapper.record.files.checksum import CHECKSUM, is_damaged
+from wheeltapper.record.files.filled import load_filled
 from wheeltapper.record.files.stored import FORMAT, method_of, notes, status_of, version_of
 from wheeltapper.record.labels import BRANCH_TITLE, WEAR_TITLE
 from wheeltapper.record.own_law import law_again
@@ -28,7 +28,7 @@ from wheeltapper.record.record import Record
 from wheeltapper.record.recordings.arrays import check_hdf5
 from wheeltapper.record.saving import digest_of_inputs
 
-LOADED = ".toml (a scenario or a site), .nc (a record) or .zarr (a chart)"
+LOADED = ".toml (a scenario or a site), .nc (a record) or .zarr (a chart or a data set)"
 """What `load` takes, for messages."""
 TABLES_OPEN = 'the tables of events open with xarray.open_dataset(path, engine="h5netcdf")'
 """What can still be read of a record whose scenario cannot, for messages."""
@@ -37,14 +37,15 @@ RECORD = "a record saved by wheeltapper"
 
 
 def load(path: str | Path, *, law: Callable[..., Any] | None = None, largest: float = LARGEST) -> Any:
-    """Load a file by its suffix: .toml is a `Scenario` or a `Site`, .nc a record, a wear or a branch, .zarr a chart.
+    """Load a file by its suffix.
 
-    A wear is the file that `wear_in` keeps, a branch the file that the command `orbits` writes.
+    .toml is a `Scenario` or a `Site`, .nc a record, a wear (which `wear_in` keeps) or a branch (of the command
+    `orbits`), .zarr a chart or a data set.
 
     Parameters
     ----------
     path
-        Path of the file, or of the folder of a chart.
+        Path of the file, or of the folder of a chart or data set.
     law
         For a record whose contact is a `Law` of your own: its Python function. The file has only the function's name,
         and loading imports nothing. The function must return the forces that are kept in the file.
@@ -67,7 +68,7 @@ def load(path: str | Path, *, law: Callable[..., Any] | None = None, largest: fl
         is_site = not {"passage", "sensor", "sensors"}.isdisjoint(toml_table(path, "a scenario or a site"))
         return Site.from_toml(path) if is_site else Scenario.from_toml(path)
     try:
-        return _load_record(path, law, largest) if suffix == ".nc" else load_chart(path)
+        return _load_record(path, law, largest) if suffix == ".nc" else load_filled(path)
     except InputError as error:
         raise error.at(str(path)) from None
 

@@ -138,8 +138,8 @@ def _warn_of_far_places(ridden: RailsBelow, names: list[str], places: list[_Plac
     if far:
         several = f" and {len(far) - 3} more" if len(far) > 3 else ""
         warn_caller(
-            f"no readings at {', '.join(far[:3])}{several}: wheels pass x = {first + ridden.seat:.6g} to "
-            f"{last + ridden.seat:.6g} m, and the ring that stands for the track reaches {half:.4g} m from them"
+            f"no readings at {', '.join(far[:3])}{several} (NaN): the track is computed up to {half:.4g} m from the "
+            f"wheels only, which pass x = {first + ridden.seat:.6g} to {last + ridden.seat:.6g} m"
         )
 
 

@@ -49,7 +49,8 @@ from wheeltapper.record.assessment.filtering import RECORDER_ORDER, low_passed
 FloatArray = NDArray[np.float64]
 T = TypeVar("T")
 UNFILTERED = (
-    "strikes fold back into what a recorder without a filter samples; the model takes it to filter as others do"
+    "recorded without an anti-aliasing filter: strikes appear in the samples at wrong, lower frequencies, while the "
+    "model expects filtered ones; sizes are uncertain"
 )
 REACH = 9.0
 """Other wheels are felt from so far beyond where a wheel is fitted, m."""

@@ -86,6 +86,9 @@ class Film:
         (losses, 2) beginning and end of each loss of contact, s.
     frames_per_second
         Of the film.
+    ruler
+        Length of the bar that tells the scale of displacements, m, where bodies are drawn to the scale of lengths, so
+        that the axis upwards has no numbers; 0: the axis tells heights.
     """
 
     title: str
@@ -103,6 +106,7 @@ class Film:
     static: float
     losses: FloatArray
     frames_per_second: float
+    ruler: float
 
     @property
     def exaggeration(self) -> float:

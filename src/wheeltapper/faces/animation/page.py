@@ -50,7 +50,7 @@ def _numbers(film: Film) -> dict[str, Any]:
             for disc in film.discs
         ],
         "forceTimes": _rounded(1e3 * times), "forces": _rounded(forces / 1e3), "names": list(film.names),
-        "static": _rounded(film.static / 1e3), "losses": _rounded(1e3 * film.losses),
+        "static": _rounded(film.static / 1e3), "losses": _rounded(1e3 * film.losses), "ruler": 1e3 * film.ruler,
         "colours": ["#4a90c2", *COLOURS[1:3], "#8e8e8e", *COLOURS[4:7], "#c2b04a"],
     }  # fmt: skip
 

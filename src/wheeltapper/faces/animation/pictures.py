@@ -23,11 +23,13 @@ PALETTE = {
     "body": (BLUE, 0.25), "faint": ("0.8", 1.0),
 }  # fmt: skip
 """Colour and opacity of what moves."""
-GREYS = 96
-"""Colours of a GIF."""
+GREYS, SWATCH = 96, 40
+"""Colours of a GIF, and the height of the strip in which those of the lines are beside a frame, pixels."""
 SPOKES, TURN = 3, np.linspace(0.0, 2.0 * np.pi, 61)
-MOST_NAMES = 4
+MOST_NAMES = 8
 """Most wheels that are named above the force."""
+IN_A_ROW = 6
+"""Most words in a row above the force; where there are more, there are two rows."""
 
 
 class Canvas:
@@ -40,7 +42,7 @@ class Canvas:
         self.figure: Figure = Figure(figsize=(WIDE, TALL), dpi=DOTS)
         self.figure.set_layout_engine("none")
         box = (0.11, 0.465, 0.86, 0.86 * ASPECT * WIDE / TALL)
-        self.motion, self.force = self.figure.add_axes(box), self.figure.add_axes((0.11, 0.1, 0.86, 0.23))
+        self.motion, self.force = self.figure.add_axes(box), self.figure.add_axes((0.11, 0.1, 0.86, 0.21))
         self._draw_force()
         self._begin_motion()
         self.figure.text(0.02, 0.975, film.title, fontsize=8, va="top")
@@ -58,7 +60,8 @@ class Canvas:
             axis.broken_barh(spans, (0.0, 1.0), transform=over, color=RED, alpha=0.15, linewidth=0,
                              label="out of contact")  # fmt: skip
         axis.set(xlabel="time [ms]", ylabel="normal force [kN]", xlim=1e3 * film.force_times[[0, -1]])
-        legend_above(axis, 6)
+        words = len(axis.get_legend_handles_labels()[0])
+        legend_above(axis, IN_A_ROW if words <= IN_A_ROW else -(-words // 2))
         self.now = axis.axvline(0.0, color="0.2", linewidth=1.0)
         self.dots = [
             axis.plot([], [], "o", color=COLOURS[number % len(COLOURS)], markersize=5)[0]
@@ -68,6 +71,8 @@ class Canvas:
     def _begin_motion(self) -> None:
         axis, film = self.motion, self.film
         axis.set(xlabel="position along the rail [m]", ylabel="height [mm]", ylim=(1e3 * film.low, 1e3 * film.high))
+        if film.ruler:
+            self._draw_ruler()
         axis.set_title(film.motion)
         axis.grid(False)
         self.areas: list[Any] = []
@@ -81,6 +86,15 @@ class Canvas:
             self.areas.append(area)
         self.rims = [axis.plot([], [], color="0.25", linewidth=1.2)[0] for _ in film.discs]
         self.spokes = [axis.plot([], [], color="0.25", linewidth=0.7)[0] for _ in film.discs]
+
+    def _draw_ruler(self) -> None:
+        """Draw a bar as long as a displacement in place of numbers, which would be wrong for the size of a body."""
+        axis, film = self.motion, self.film
+        axis.set(yticks=[], ylabel="")
+        top = 1e3 * (film.high - 0.06 * (film.high - film.low))
+        middle, beside = top - 500.0 * film.ruler, axis.get_yaxis_transform()
+        axis.plot([0.02, 0.02], [top - 1e3 * film.ruler, top], "_-", color="0.2", transform=beside, markersize=6)
+        axis.text(0.035, middle, f"displacement of {1e3 * film.ruler:g} mm", va="center", fontsize=8, transform=beside)
 
     def show(self, frame: int) -> None:
         """Move everything to where it is in a frame."""
@@ -134,11 +148,21 @@ def write_gif(film: Film, path: Path) -> None:
     """Write a film as GIF that goes on for ever."""
     from PIL import Image
 
-    first, *others = Canvas(film).images()
-    held = Image.fromarray(first).quantize(GREYS, Image.Quantize.MEDIANCUT)
-    frames = [Image.fromarray(image).quantize(palette=held, dither=Image.Dither.NONE) for image in others]
+    images = list(Canvas(film).images())
+    held = _palette(images[0])
+    first, *others = (Image.fromarray(one).quantize(palette=held, dither=Image.Dither.NONE) for one in images)
     pause = round(1e3 / film.frames_per_second)
-    held.save(path, save_all=True, append_images=frames, duration=pause, loop=0, optimize=False)
+    first.save(path, save_all=True, append_images=others, duration=pause, loop=0, optimize=False)
+
+
+def _palette(image: NDArray[np.uint8]) -> Any:
+    """Return an image with the colours of a GIF: those of a frame, thin lines' as much as those of large areas."""
+    from matplotlib.colors import to_rgb
+    from PIL import Image
+
+    swatches = np.array([[255.0 * part for part in to_rgb(colour)] for colour in COLOURS]).astype(np.uint8)
+    wide = np.repeat(np.resize(swatches, (1, image.shape[1], 3)), SWATCH, axis=0)
+    return Image.fromarray(np.concatenate([image, wide])).quantize(GREYS, Image.Quantize.MEDIANCUT)
 
 
 def write_mp4(film: Film, path: Path) -> None:

@@ -23,6 +23,8 @@ AHEAD, BAYS = 2.5, 3.0
 """What is seen of a track beside the vehicle: bays, and of a wagon's way m."""
 SWING = 0.12
 """How far the largest displacement of a track or a wagon is drawn by default, m on the scale of lengths."""
+RULER = 0.25
+"""Most of the panel's height that the bar beside displacements takes."""
 SLEEPER = 0.26
 """Width of a sleeper, m."""
 
@@ -82,18 +84,20 @@ class Interval:
 
     def film(
         self, shapes: list[Shape], discs: list[Disc], left: FloatArray, width: float, low: float, high: float,
-        what: str,
+        what: str, displaced: bool = False,
     ) -> Film:  # fmt: skip
-        """Return the film of these shapes in this window."""
+        """Return the film of these shapes in this window; of `displaced` bodies only displacements are exaggerated."""
         forces, names = self.forces()
         factor = ASPECT * width / (high - low)
         pace = f"{in_words(self.slowness)} times slower" if self.slowness >= 1.0 else (
             f"{in_words(1.0 / self.slowness)} times faster"
         )  # fmt: skip
-        scale = f"heights {in_words(factor)} times larger than lengths" if factor > 1.05 else "true to scale"
+        exaggerated = "displacements" if displaced else "heights"
+        scale = f"{exaggerated} {in_words(factor)} times larger than lengths" if factor > 1.05 else "true to scale"
+        ruler = _round_down(RULER * (high - low)) if displaced else 0.0
         return Film(
             str(self.record), f"{what}: {pace}, {scale}", self.times, tuple(shapes), tuple(discs), left, width, low,
-            high, self.samples, forces, names, self.record.static_force, self.losses(), self.frames_per_second,
+            high, self.samples, forces, names, self.record.static_force, self.losses(), self.frames_per_second, ruler,
         )  # fmt: skip
 
 
@@ -196,7 +200,8 @@ def _of_track(interval: Interval, exaggeration: float | None) -> Film:
         Disc(interval.x + place, height[:, number], radius, interval.x / radius)
         for number, (place, radius) in enumerate(zip(positions, radii, strict=True))
     ]
-    return interval.film(shapes, discs, left, width, low, low + tall, "wheels, rail and sleepers" if soft else "wheels")
+    what = "wheels, rail and sleepers" if soft else "wheels"
+    return interval.film(shapes, discs, left, width, low, low + tall, what, displaced=True)
 
 
 def _round_down(factor: float) -> float:
@@ -269,4 +274,4 @@ def _of_wagon(interval: Interval, exaggeration: float | None) -> Film:
         y = height + up[:, None] - pitch[:, None] * across
         x = np.broadcast_to(interval.x[:, None] + centre[0] + across, y.shape)
         shapes.append(Shape(x, y, "body", "inside"))
-    return interval.film(shapes, discs, left, width, low, low + tall, "the wagon from the side")
+    return interval.film(shapes, discs, left, width, low, low + tall, "the wagon from the side", displaced=True)

@@ -30,7 +30,9 @@ MARKS = {
 COURSES = 24
 """Largest number of wheels whose courses over the passages a page shows."""
 LEFT_OUT = ("peak_kips", "dynamic_increment", "forces_from")
-"""Columns of a train's table that a page leaves out, so that its alarms are in sight; the table beside it has all."""
+"""Columns of a train's table that a page leaves out; the table beside it has all."""
+FIRST = ("vehicle", "axle", "side", "alarms", "verdict")
+"""Columns with which a page's table begins, in sight of every window."""
 LATEST = 1000
 """Largest number of recordings in the index; the table beside it has all."""
 SPARK = (150.0, 26.0, 4.0)
@@ -115,10 +117,16 @@ def train_page(
         untested=together(finding.untested), kept=_kept(finding),
         bad=any(one["row"]["finding"] not in (NO_STRIKES, NO_FORCE) for one in pictures), rules=finding.rules,
         drawing=drawing_of(finding.axles, finding.vehicles, train.wheels), wheels=train.wheels,
-        columns=[column for column in finding.columns() if column[0] not in LEFT_OUT],
+        columns=_columns(finding),
         vehicles=finding.vehicles, notes=[*notes, *finding.notes],
         courses=courses[:COURSES], known=len(courses), flats=flats[:COURSES],
     )  # fmt: skip
+
+
+def _columns(finding: TrainFinding) -> list[tuple[str, str, str]]:
+    """Return the columns of a page's table of wheels, from those that are read first."""
+    shown = [column for column in finding.columns() if column[0] not in LEFT_OUT]
+    return sorted(shown, key=lambda column: FIRST.index(column[0]) if column[0] in FIRST else len(FIRST))
 
 
 def _kept(finding: TrainFinding) -> list[str]:

@@ -60,5 +60,8 @@ def judged_balance(status: int, missing: float) -> tuple[int, tuple[Note, ...]]:
     """Return the status of a finished march, and notes on its energy for the user."""
     if status != contract.DONE or missing <= NOTABLE:
         return status, ()
-    text = f"work and energy differ by {missing:.2g} of what was exchanged, more than {NOTABLE:g}"
+    text = (
+        f"the energy balance of the run is wrong by {missing:.2g} of the energy exchanged (usual: below {NOTABLE:g}): "
+        'its results are less accurate than usual; compare with method="strict"'
+    )
     return (status if missing <= LIMIT else UNBALANCED), (Note(text, "imbalance", missing),)

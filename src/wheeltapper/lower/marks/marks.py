@@ -38,7 +38,8 @@ is long."""
 
 
 VIRGIN = Note(
-    'each wheel rolls over virgin rail; with rolling="point" wheels meet the marks of those before them', "virgin rail"
+    'each wheel finds the rail without the marks of the wheels before it; with rolling="point" it meets them',
+    "virgin rail",
 )
 """What several wheels that yield do where they roll as circles."""
 

@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
 SIDES = ("left", "right")
 SCALED = Note(
-    "the elastic-plastic law is that of wheelsets in the middle of the track, scaled by the contact's constant where a "
-    "wheel runs; flanges stay elastic",
+    "treads yield by the law of a wheelset in the middle of the track, scaled by the contact's constant where the wheel "
+    "runs; flanges do not yield",
     "law aside",
 )
 """What the law of treads that yield is where wheelsets shift."""

@@ -318,11 +318,14 @@ def _two_point_notes(envelope: Envelope, kinks: list[float], varies: bool, stop:
     notes: list[Note] = []
     if kinks:
         where = f"at x = {first_places(kinks)} m ({len(kinks)} in {stop:.6g} m)"
-        text = f"the wheel touches at two points at once {where}: kinks of the path"
+        text = f"the wheel touches at two points at once {where}: its centre's path has kinks there"
         notes.append(Note(text, "two points", len(kinks)))
     corners = {envelope.branches[r.branch].corner for r in envelope.runs if r.end > 0 and r.start < stop} - {-1}
     edges = sorted(envelope.profile.corners[corner].position for corner in corners)
     if edges and varies:
-        text = f"at edges (x = {first_places(edges)} m) the smooth surface's contact constant holds"
+        text = (
+            f"where the wheel rests on an edge (x = {first_places(edges)} m), the contact constant is that of the smooth "
+            "surface: forces there are approximate"
+        )
         notes.append(Note(text, "edges", len(edges)))
     return notes

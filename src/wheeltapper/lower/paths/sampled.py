@@ -91,4 +91,9 @@ def pieces_note(courses: list[Course], starts: FloatArray, halves: FloatArray) -
     if not len(cut) or not any(course.sampled for course in courses):
         return []
     where = f"at x = {first_places(cut.tolist())} m"
-    return [Note(f"the function is not smooth {where}: its path is cut to pieces there (breakpoints avoid that)")]
+    return [
+        Note(
+            f"the irregularity's function is not smooth {where}, where its path takes many short pieces; state these "
+            "places as `breakpoints`"
+        )
+    ]

@@ -122,10 +122,10 @@ def check_seats(track: SupportedRail, bays: int, first: float, last: float) -> t
             images = [number for number in range(before, behind + 1) if (number - seat) % bays == 0]
             again = again or len(images) > 1
     length = bays * track.spacing
-    text = f"the track's anomalies recur every {length:.4g} m, with the ring of {bays} bays that stands for it"
+    text = f"the track is computed as a closed ring of {bays} bays: its anomalies come again every {length:.4g} m"
     if again:
         needed = ceil((last - first) / track.spacing) + 2 * BESIDE + 1
-        text += f"; this run of {last - first:.4g} m meets some of them again, with {needed} bays it would not"
+        text += f", and wheels meet some of them again on their way of {last - first:.4g} m; set track.bays = {needed}"
     return (Note(text, "anomalies", (last - first) / length, doubtful=again),)
 
 

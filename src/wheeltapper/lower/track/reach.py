@@ -200,11 +200,11 @@ def _image_note(section: Section, asked: Accuracy, length: float, image: float, 
     needed = length
     while image_level(section, needed) > asked.image and needed < 1e5:
         needed *= 1.2
-    bays = f"{ceil((needed + extent) / section.spacing)} bays"
+    bays = f"set track.bays = {ceil((needed + extent) / section.spacing)}" if needed < 1e5 else "no ring is long enough"
     return Note(
-        f"the ring of {length + extent:.4g} m is short for waves that decay by {slowest:.3g} dB/m at "
-        f"{frequency:.4g} Hz: {100 * image:.2g} % of them return as from a second train, "
-        f"{100 * asked.image:.2g} % are allowed for; {bays if needed < 1e5 else 'no ring'} would do",
+        f"the track is computed as a closed ring of {length + extent:.4g} m, too short for waves of {frequency:.4g} "
+        f"Hz, which decay by {slowest:.3g} dB/m only: {100 * image:.2g} % of them come round it to the wheels again, as "
+        f"from a second train ({100 * asked.image:.2g} % are allowed); {bays}",
         "length of the ring", image, doubtful=image > 0.1,
     )  # fmt: skip
 
@@ -222,7 +222,7 @@ def cutoff_note(reach: Reach, frequency: float) -> Note | None:
     if HEADROOM * frequency <= reach.cutoff:
         return None
     return Note(
-        f"the irregularity excites up to {frequency:.4g} Hz, and modes of the track are kept up to "
-        f"{reach.cutoff:.4g} Hz; a cutoff of {HEADROOM * frequency:.4g} Hz would do",
+        f"the irregularity excites the track up to {frequency:.4g} Hz, but its modes are computed only up to "
+        f"{reach.cutoff:.4g} Hz: faster motion is missing; set track.cutoff = {HEADROOM * frequency:.4g} Hz",
         "cut-off of the track", frequency / reach.cutoff, doubtful=frequency > reach.cutoff,
     )  # fmt: skip

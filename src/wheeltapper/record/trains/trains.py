@@ -24,7 +24,8 @@ Values = NDArray[Any]  # floats, or complex numbers whose imaginary parts are de
 
 
 NO_MAXIMUM = Note(
-    "the force has no maximum within the run: the largest one is that at an end, which has no derivative", "no maximum"
+    "the force has no maximum within the run: the largest one is that at the run's start or end, without a derivative",
+    "no maximum",
 )
 
 

@@ -34,6 +34,7 @@ export class FeatureMap extends Panel {
     this.part.addEventListener("toggle", async () => {
       if (!this.part.open) return;
       await (this.attached ??= this.attach());  // the figure is drawn when it is first looked at
+      this.part.scrollIntoView({ block: "nearest" });
       this.refill(0);
     });
     $("#map-fill").addEventListener("click", () => this.refill(0, true));
@@ -59,8 +60,8 @@ export class FeatureMap extends Panel {
 
   dress() {
     super.dress();
-    const { ink, paper } = look();
-    this.bar.setv({ major_label_text_color: ink, title_text_color: ink, title_text_font_style: "normal", background_fill_color: paper });
+    const { ink } = look();
+    this.bar.setv({ major_label_text_color: ink, title_text_color: ink, title_text_font_style: "normal" });
     this.shaft.glyph.setv({ line_color: "#ffffff" });
     this.head.glyph.setv({ fill_color: "#ffffff" });
     this.marks.glyph.setv({ line_color: "#d55e00" });

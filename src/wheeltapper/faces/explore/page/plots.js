@@ -37,6 +37,8 @@ export class Panel {
     this.figure = Bokeh.Plotting.figure({
       name: id, height, sizing_mode: "stretch_width", tools, toolbar_location: "right", min_border: 2, lod_threshold: null,
       x_axis_label: " ", y_axis_label: " ",
+      // The page's ground shows through: what Bokeh paints itself ends within pixels, which keep some of another theme.
+      background_fill_color: null, border_fill_color: null,
       x_range: range(), y_range: range(), ...(log ? { x_axis_type: "log", y_axis_type: "log" } : {}),
     });
     this.figure.toolbar.logo = null;
@@ -72,8 +74,8 @@ export class Panel {
 
   // Colours of the page's theme.
   dress() {
-    const { ink, soft, paper, rule } = look(), { figure } = this;
-    figure.setv({ background_fill_color: paper, border_fill_color: paper, outline_line_color: rule });
+    const { ink, soft, rule } = look(), { figure } = this;
+    figure.outline_line_color = rule;
     for (const axis of [...figure.xaxis, ...figure.yaxis]) {
       axis.setv({
         axis_line_color: soft, major_tick_line_color: soft, minor_tick_line_color: null, major_label_text_color: ink,

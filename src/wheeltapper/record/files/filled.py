@@ -1,4 +1,4 @@
-"""Reading charts from disk: which of their chunks exist, and whether they are undamaged."""
+"""Reading filled stores from disk: which of their chunks exist, and whether they are undamaged."""
 
 from __future__ import annotations
 
@@ -6,27 +6,50 @@ import itertools
 import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from zlib import crc32
 
 import numpy as np
 
 from wheeltapper.ground.errors import InputError, brief
 from wheeltapper.record.files.stored import check_format
-from wheeltapper.record.labels import CHART_TITLE
+from wheeltapper.record.labels import CHART_TITLE, DATASET_TITLE
 
 if TYPE_CHECKING:
     import xarray as xr
 
-CHART = "a store filled by wheeltapper sweep"
-"""What a store must be, for messages."""
-FORMAT = 2
-"""Version of the layout of a chart. Since version 2 every chunk has a file with a checksum, also where it has no
-values."""
-WHOLE = "a whole store, as wheeltapper sweep began it"
-"""The same, of one that is damaged where resuming does not mend it."""
 MISSING = -1
-"""Status of a cell that has not been computed."""
+"""Status of what has not been computed."""
+
+
+class Filled(NamedTuple):
+    """A kind of store.
+
+    Attributes
+    ----------
+    title, format
+        As its attributes say them.
+    what, things
+        What it is computed from, and what it holds: "study", "cells".
+    command
+        The command that fills it.
+    """
+
+    title: str
+    format: int
+    what: str
+    things: str
+    command: str
+
+
+CHART = Filled(CHART_TITLE, 2, "study", "cells", "wheeltapper sweep")
+"""Charts. Since version 2 every chunk has a file with a checksum, also where it has no values."""
+DATASET = Filled(DATASET_TITLE, 1, "data set", "passages", "wheeltapper dataset")
+KINDS = {kind.title: kind for kind in (CHART, DATASET)}
+FILLED = "a store filled by " + " or ".join(kind.command for kind in KINDS.values())
+"""What a store must be, for messages."""
+WHOLE = "a whole store, as it was begun"
+"""The same, of one that is damaged where resuming does not mend it."""
 THERE, ABSENT, DAMAGED = range(3)
 """States of a chunk: its file is sound, there is none, or it is damaged."""
 Place = tuple[int, ...]
@@ -90,13 +113,13 @@ def state_of(path: Path, group: Any, name: str, place: Place) -> int:
     return THERE
 
 
-def load_chart(path: Path) -> xr.Dataset:
-    """Return the chart in a store; incomplete cells have the status -1, and a warning counts them.
+def load_filled(path: Path) -> xr.Dataset:
+    """Return the chart or data set in a store; what is not computed has the status -1, and a warning counts it.
 
     Raises
     ------
     InputError
-        If it is no chart, one of a newer format, or damaged.
+        If it is neither, one of a newer format, or damaged.
     """
     import xarray as xr
     import zarr
@@ -108,34 +131,37 @@ def load_chart(path: Path) -> xr.Dataset:
         held = dict(group.attrs)
     except Exception as error:  # a damaged store raises undocumented errors in zarr and xarray
         raise _unreadable_error(path, error) from error
-    if held.get("title") != CHART_TITLE:
-        raise InputError(str(path), "", "a store that wheeltapper did not write", CHART)
-    version = check_format(held.get("format", 0), FORMAT)
+    kind = KINDS.get(str(held.get("title")))
+    if kind is None:
+        raise InputError(str(path), "", "a store that wheeltapper did not write", FILLED)
+    version = check_format(held.get("format", 0), kind.format)
     check_metadata(path)
     try:
         arrays: dict[str, Any] = dict(group.arrays())
     except Exception as error:
         raise _unreadable_error(path, error) from error
     if "status" not in arrays:
-        raise InputError(str(path), "", "a store that wheeltapper did not write", CHART)
-    absent = list(_absent_blocks(path, group, arrays, version))
-    chart: xr.Dataset = xr.open_zarr(path, consolidated=False)
-    cells = np.array(chart.status.values)
+        raise InputError(str(path), "", "a store that wheeltapper did not write", FILLED)
+    absent = list(_absent_blocks(path, group, arrays, version, kind))
+    held_there: xr.Dataset = xr.open_zarr(path, consolidated=False)
+    status = np.array(held_there.status.values)
     for block in absent:
-        cells[block] = MISSING
-    missing = int((cells == MISSING).sum())
+        status[block] = MISSING
+    missing = int((status == MISSING).sum())
     if missing:
-        text = f"{path}: {missing} of {cells.size} cells are not computed; wheeltapper sweep --resume computes them"
-        warn_caller(text)
-    found: xr.Dataset = chart.assign(status=chart.status.copy(data=cells))
+        text = f"{missing} of {status.size} {kind.things} are not computed; {kind.command} --resume computes them"
+        warn_caller(f"{path}: {text}")
+    found: xr.Dataset = held_there.assign(status=held_there.status.copy(data=status))
     return found
 
 
-def _absent_blocks(path: Path, group: Any, arrays: dict[str, Any], version: int) -> Iterator[tuple[slice, ...]]:
-    """Return the blocks of cells with an absent chunk; refuse a store with a damaged one.
+def _absent_blocks(
+    path: Path, group: Any, arrays: dict[str, Any], version: int, kind: Filled
+) -> Iterator[tuple[slice, ...]]:
+    """Return the blocks of things with an absent chunk; refuse a store with a damaged one.
 
-    Format 1 left out chunks with nothing but NaN, and axes with nothing but zeros. So does a copy by xarray, in which a
-    status that is not there is zero.
+    Format 1 of charts left out chunks with nothing but NaN, and axes with nothing but zeros. So does a copy by xarray,
+    in which a status that is not there is zero.
     """
     is_copy = int(arrays["status"].fill_value) != MISSING
     along = arrays["status"].metadata.dimension_names
@@ -146,20 +172,21 @@ def _absent_blocks(path: Path, group: Any, arrays: dict[str, Any], version: int)
             if state == ABSENT and is_copy:
                 continue
             if state == DAMAGED or (state == ABSENT and name in axes and version > 1):
-                raise _damaged_error(path, name, place, state)
+                raise _damaged_error(path, name, place, state, kind)
             if state == ABSENT and name not in axes and (version > 1 or name == "status"):
-                yield _chunk_values(array, place)[-len(along) :]
+                held = dict(zip(array.metadata.dimension_names, _chunk_values(array, place), strict=True))
+                yield tuple(held[dimension] for dimension in along)
 
 
 def _unreadable_error(path: Path, error: Exception) -> InputError:
-    return InputError(str(path), "", f"no readable store ({brief(error)})", CHART)
+    return InputError(str(path), "", f"no readable store ({brief(error)})", FILLED)
 
 
-def _damaged_error(path: Path, name: str, place: Place, state: int) -> InputError:
+def _damaged_error(path: Path, name: str, place: Place, state: int, kind: Filled) -> InputError:
     what = "no" if state == ABSENT else "a damaged"
     return InputError(
         str(path), name, f"{what} chunk {'/'.join(map(str, place))}",
-        "a whole store; wheeltapper sweep --resume computes again what is not",
+        f"a whole store; {kind.command} --resume computes again what is not",
     )  # fmt: skip
 
 
