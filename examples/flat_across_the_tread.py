@@ -18,6 +18,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import FLANGE_BACK, s1002
@@ -75,3 +76,13 @@ for depth in (1e-4, 5e-4, 1e-3):
 if len(sys.argv) > 1:
     rows = (f"{RADIUS * angle:.6f},{deviation:.7f}\n" for angle, deviation in zip(angles, line, strict=True))
     Path(sys.argv[1]).write_text(HEAD + "".join(rows), encoding="utf-8")
+
+# %%
+# The flat along both lines.
+
+figure = Figure(figsize=(8.0, 4.5), layout="constrained")
+axis = figure.subplots()
+for found, name in ((tape, "along the tape line"), (line, "as the rail feels it")):
+    axis.plot(1e3 * RADIUS * angles, 1e3 * found, label=name)
+axis.set(xlabel="place along the tread [mm]", ylabel="deviation of the radius [mm]", xlim=(230.0, 410.0))
+axis.legend(frameon=False)

@@ -7,6 +7,7 @@ and a slab, from 18 to 216 km/h.
 """  # noqa: D205, D400 - a title for the gallery
 
 import numpy as np
+from matplotlib.figure import Figure
 
 import wheeltapper as wt
 
@@ -51,12 +52,15 @@ print(f"40 mm at 216 km/h on sleepers: {rail:.3f} times the static force")
 # %%
 # The same as a picture.
 
-import matplotlib.pyplot as plt  # noqa: E402 - only where it is drawn
-
-figure, axes = plt.subplots(1, len(charts), figsize=(15, 3.4), sharey=True, layout="constrained")
-for axis, (name, chart) in zip(axes, charts.items(), strict=True):
+figure = Figure(figsize=(9.0, 5.5), layout="constrained")
+axes = figure.subplots(2, 3, sharex=True, sharey=True).ravel()
+for axis, (name, chart) in zip(axes, charts.items(), strict=False):
     for length, force in chart.largest_force_over_static.groupby("irregularity.0.length"):
         axis.plot(3.6 * chart.speed, force.squeeze(), label=f"{1e3 * length:.0f} mm")
-    axis.set(title=name, xlabel="speed in km/h", yscale="log")
-axes[0].set_ylabel("largest force over static")
-axes[-1].legend(title="flat")
+    axis.set(title=name, xlabel="speed [km/h]", ylabel="force over static", yscale="log")
+    axis.set_yticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
+    axis.label_outer()
+axes[2].xaxis.set_tick_params(labelbottom=True)
+axes[2].set_xlabel("speed [km/h]")
+axes[-1].axis("off")
+axes[-1].legend(*axes[0].get_legend_handles_labels(), title="length of the flat", loc="center", frameon=False)

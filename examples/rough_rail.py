@@ -88,5 +88,5 @@ axis = figure.subplots()
 for (name, found), line in zip(difference.items(), ("o-", "^:", "v:", "s--", "s-"), strict=True):
     axis.semilogx(bands, found, line, label=name, markersize=4)
 axis.axvline(float(wt.tracks.pinned_pinned(usual)), color="0.5", linestyle="--", linewidth=0.8, label="pinned-pinned")
-axis.set(xlabel="frequency [Hz]", ylabel="force: march over theory [dB]")
+axis.set(xlabel="frequency [Hz]", ylabel="march over theory [dB]")
 axis.legend(fontsize=8)

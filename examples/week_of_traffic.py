@@ -13,6 +13,7 @@ import gzip
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 import wheeltapper as wt
 
@@ -107,3 +108,13 @@ for number, (day, *_) in enumerate(DAYS):
     text = f"# rate: {RATE:g} Hz\n# {names}\n{rows}\n"
     (output / f"{day}_id=2380417.csv.gz").write_bytes(gzip.compress(text.encode(), mtime=0))
     print(f"{day}: the largest reading is {table.max():.1f} kN")
+
+# %%
+# The readings of the left rail on the last day. The second wheel strikes.
+
+figure = Figure(figsize=(8.0, 4.5), layout="constrained")
+axis = figure.subplots()
+for number in range(4):
+    axis.plot(np.arange(len(table)) / RATE, table[:, number], linewidth=1.0, label=site.sensors[number].name)
+axis.set(xlabel="time [s]", ylabel="reading [kN]", xlim=(0.2, 1.1))
+axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, frameon=False)

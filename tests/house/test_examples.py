@@ -39,8 +39,11 @@ SCRIPTS = {
     "bouncing_for_ever.py": (r"two motions from ([\d.]+) to", 2.996),
     "bump.py": (r"first interval ([\d.]+) ms", 8.7033),
     "flats_on_tracks.py": (r"40 mm at 216 km/h on sleepers: ([\d.]+) times", 2.666),
+    "freight_wagon.py": (r"wheelset 2 left: ([\d.]+) kN more", 65.2),
     "joint_over_speed.py": (r"P2 at 50 m/s: ([\d.]+) kN per wheel", 240.7),
     "compare_bilateral.py": (r"two-sided contact: no impact, largest force ([\d.]+)", 21.2),
+    "own_contact_law.py": (r"squeezed layer: 2 impacts, largest force ([\d.]+) of static", 2.968),
+    "recorded_train.py": (r"axle 7 right strikes: it bears ([\d.]+) kN", 33.57),
     "rough_rail.py": (r"over a sleeper: the largest difference is ([\d.]+) dB", 5.1),
     "measured_flat.py": (r"lands at ([\d.]+) m", 0.5273),
     "flat_across_the_tread.py": (r"as the rail feels it: ([\d.]+) mm", 1.138),
@@ -63,6 +66,7 @@ STUDIES = {
 }
 # Site: a recording made there, its verdict, and the fault's size.
 SITES = {"site.toml": ("deck_flat.csv.gz", "wheel flat", 0.04)}
+DATASETS = {"flats_dataset.toml"}  # tested with data sets
 DETECTORS = {"detector.toml": ("rail shear force", 6), "week.toml": ("rail shear force", 8)}
 
 
@@ -75,8 +79,13 @@ def test_a_detector_has_its_sensors(name):
 
 def test_every_example_has_its_number() -> None:
     held = {path.name for path in EXAMPLES.glob("*.toml")}
-    assert held == set(SCENARIOS) | set(STUDIES) | set(SITES) | set(DETECTORS)
+    assert held == set(SCENARIOS) | set(STUDIES) | set(SITES) | set(DETECTORS) | DATASETS
     assert {path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.rglob("*.py")} == set(SCRIPTS)
+
+
+def test_every_script_has_its_thumbnail() -> None:
+    drawn = (EXAMPLES.parent / "docs" / "gallery_figures.py").read_text(encoding="utf-8")
+    assert set(re.findall(r'^    "(\w+)": Small\(', drawn, re.MULTILINE)) == {Path(name).stem for name in SCRIPTS}
 
 
 @pytest.mark.slow

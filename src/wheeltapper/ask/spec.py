@@ -72,17 +72,17 @@ def described_study(spec: dict[str, Any]) -> Study:
     options = {name: value for name, value in spec.items() if name not in NOT_OPTIONS}
     features = spec["features"] if isinstance(spec["features"], list) else [spec["features"]]
     scenario = Scenario.of(spec["scenario"])
-    over = {path: _listed_values(scenario, path, values) for path, values in _flattened_tables(spec["over"]).items()}
+    over = {path: _listed_values(scenario, path, values) for path, values in flattened_tables(spec["over"]).items()}
     return study_of(scenario, over, [named(what) for what in features], **options)
 
 
-def _flattened_tables(table: Any, prefix: str = "") -> dict[str, Any]:
-    """Return nested tables as paths: vehicle.mass may be quoted or not."""
+def flattened_tables(table: Any, leaves: tuple[str, ...] = ("from",), prefix: str = "") -> dict[str, Any]:
+    """Return nested tables as paths: vehicle.mass may be quoted or not; a table with one of `leaves` is a value."""
     out: dict[str, Any] = {}
     for name, value in table.items():
         path = f"{prefix}{name}"
-        if isinstance(value, dict) and "from" not in value:
-            out |= _flattened_tables(value, f"{path}.")
+        if isinstance(value, dict) and not any(leaf in value for leaf in leaves):
+            out |= flattened_tables(value, leaves, f"{path}.")
         else:
             out[path] = value
     return out

@@ -56,6 +56,14 @@ class Axis:
     unit: str
 
 
+def wheel_axes_of(vehicle: Any) -> dict[str, list[int] | list[str]]:
+    """Return the names of a vehicle's wheelsets and sides; nothing where there is but one wheel."""
+    if SEVERAL_BODIES in vehicle.needs:
+        return {"wheelset": [*range(1, len(vehicle.axles) + 1)], "side": [*SIDES[:2]]}
+    wheelsets = len(getattr(vehicle, "positions", (0.0,)))
+    return {"wheelset": [*range(1, wheelsets + 1)]} if wheelsets > 1 else {}
+
+
 def needs_over(scenario: Scenario, axes: Sequence[Axis]) -> frozenset[Need]:
     """Return what a scenario needs in any cell: a field may bring something where it leaves zero."""
     ends = [{axis.path: float(end)} for axis in axes for end in (axis.values.min(), axis.values.max())]
@@ -120,11 +128,7 @@ class Study:
     @property
     def wheel_axes(self) -> dict[str, list[int] | list[str]]:
         """Names of wheelsets and sides, each of which has a value of every feature; nothing where there is but one."""
-        vehicle = self.scenario.vehicle
-        if SEVERAL_BODIES in vehicle.needs:
-            return {"wheelset": [*range(1, len(vehicle.axles) + 1)], "side": [*SIDES[:2]]}
-        wheelsets = len(getattr(vehicle, "positions", (0.0,)))
-        return {"wheelset": [*range(1, wheelsets + 1)]} if wheelsets > 1 else {}
+        return wheel_axes_of(self.scenario.vehicle)
 
     @property
     def wheel_shape(self) -> tuple[int, ...]:

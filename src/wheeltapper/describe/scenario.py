@@ -275,6 +275,7 @@ def _held_function(noun: Noun) -> tuple[str, str, str]:
 TABLES = {
     "a site": ("passage", "`wheeltapper diagnose`, `assess` or `design`"),
     "a study": ("over", "`wheeltapper sweep`"),
+    "a data set": ("faults", "`wheeltapper dataset`"),
     "a scenario": ("vehicle", "`wheeltapper run` or `wear`"),
 }
 """What a TOML file may describe: for each kind a field that only such a file has at its top, and the commands that take

@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from wheeltapper.describe.sensor.base import Sensor as Sensor
     from wheeltapper.describe.site import Site as Site
     from wheeltapper.diagnosis.axle_box.reading import diagnose_axle_box as diagnose_axle_box
+    from wheeltapper.diagnosis.dataset.make import make_dataset as make_dataset
+    from wheeltapper.diagnosis.dataset.plan import DatasetPlan as DatasetPlan
     from wheeltapper.diagnosis.detection.hit_miss import hit_miss as hit_miss
     from wheeltapper.diagnosis.detection.roc import false_calls as false_calls
     from wheeltapper.diagnosis.detection.roc import roc as roc
@@ -45,6 +47,7 @@ _HOMES = {
     "CATALOGUE": "diagnosis.faults.base",
     "Fault": "diagnosis.faults.base",
     "Finding": "diagnosis.finding",
+    "DatasetPlan": "diagnosis.dataset.plan",
     "Condition": "diagnosis.site.neighbours",
     "Neighbour": "diagnosis.site.neighbours",
     "Prior": "diagnosis.inference.problem",
@@ -65,6 +68,7 @@ _HOMES = {
     "imitation": "diagnosis.force.reconstruction",
     "imitation_map": "diagnosis.force.imitation_map",
     "information": "diagnosis.inference.information",
+    "make_dataset": "diagnosis.dataset.make",
     "measure_trains": "diagnosis.wayside.measure",
     "noise_threshold": "diagnosis.detection.signal_response",
     "read_channels": "diagnosis.wayside.channels",

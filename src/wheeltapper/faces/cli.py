@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -123,26 +124,34 @@ def sweep(
         Without workers: number of threads; by default one per core.
     """
     check_target("--output", output, (".zarr",), folder=True)
-    if workers and scheduler:
-        raise InputError("", "--workers", "both --workers and --scheduler", "one of them")
-    as_count(workers, "--workers", 0)
+    _check_workers(workers, scheduler)
     if threads is not None:
         as_count(threads, "--threads")
         if workers or scheduler:
             raise InputError(
                 "", "--threads", f"{threads} with processes or a cluster", "no --threads: each has its own"
             )
-    from wheeltapper.ask.fill import ClusterError, fill_store
+    from wheeltapper.ask.fill import fill_store
     from wheeltapper.ask.spec import read_study
     from wheeltapper.ask.store import Store
+
+    def filled() -> list[str]:
+        store = Store(output, read_study(study))
+        return fill_store(store, resume=resume, workers=workers, scheduler=scheduler, threads=threads)
+
+    return _told_filling(study, output, "cells", filled)
+
+
+def _told_filling(file: Path, output: Path, things: str, filled: Callable[[], list[str]]) -> int:
+    """Fill a store as a file describes it; say what is not computed, and return the exit code."""
+    from wheeltapper.ask.fill import ClusterError
     from wheeltapper.ground.progress import progress_shown
 
     try:
-        store = Store(output, read_study(study))
-        with progress_shown(True, "cells"):
-            failed = fill_store(store, resume=resume, workers=workers, scheduler=scheduler, threads=threads)
+        with progress_shown(True, things):
+            failed = filled()
     except InputError as error:
-        raise error.at(str(study)) from error
+        raise error.at(str(file)) from error
     except KeyboardInterrupt:
         print(f"wheeltapper: interrupted; what is computed is in {output}; --resume goes on", file=sys.stderr)
         return NOT_FINISHED
@@ -153,6 +162,53 @@ def sweep(
     for what in failed:
         print(f"wheeltapper: not computed: {what}", file=sys.stderr)
     return NOT_FINISHED if failed else DONE
+
+
+@app.command
+def dataset(
+    plan: Path,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    count: int | None = None,
+    workers: int = 0,
+    scheduler: str | None = None,
+    resume: bool = False,
+) -> int:
+    """Compute labelled passages as sensors record them, for programs that learn.
+
+    Parameters
+    ----------
+    plan
+        The description of the data set in TOML.
+    output
+        The store (.zarr), which opens in plain xarray. Its card is written beside it.
+    count
+        Number of passages, instead of that of the file.
+    workers
+        Number of processes on this machine that compute; 0: this one.
+    scheduler
+        Compute on the Dask cluster at this address.
+    resume
+        Continue a store that exists; only missing chunks are computed.
+    """
+    check_target("--output", output, (".zarr",), folder=True)
+    _check_workers(workers, scheduler)
+    from wheeltapper.diagnosis.dataset.make import fill_dataset
+    from wheeltapper.diagnosis.dataset.plan import DatasetPlan
+
+    def filled() -> list[str]:
+        asked = DatasetPlan.from_toml(plan)
+        if count is not None:
+            asked = asked.model_copy(update={"count": as_count(count, "--count")})
+        return fill_dataset(asked, output, resume=resume, workers=workers, scheduler=scheduler)
+
+    return _told_filling(plan, output, "passages", filled)
+
+
+def _check_workers(workers: int, scheduler: str | None) -> None:
+    if workers and scheduler:
+        raise InputError("", "--workers", "both --workers and --scheduler", "one of them")
+    as_count(workers, "--workers", 0)
 
 
 @app.command

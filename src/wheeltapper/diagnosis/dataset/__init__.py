@@ -1,0 +1,1 @@
+"""Data sets: labelled passages of any vehicle over any track, as sensors record them."""

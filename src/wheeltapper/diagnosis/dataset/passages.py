@@ -1,0 +1,176 @@
+"""Passages of a data set: what is drawn for each, its runs, its readings and its labels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.computed import COMPLETE, REFUSED, STATUS
+from wheeltapper.ask.study import wheel_axes_of
+from wheeltapper.describe.placement import Placement
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.sensor.base import Sensor
+from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.diagnosis.dataset.plan import OF_SENSORS, DatasetPlan
+from wheeltapper.diagnosis.faults.base import Fault
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import SEVERAL_BODIES
+from wheeltapper.ground.outcome import Outcome
+from wheeltapper.record.record import Record
+from wheeltapper.record.recordings.simulated import recordings
+from wheeltapper.record.simulate import simulated_quietly
+
+FloatArray = NDArray[np.float64]
+
+
+class Own(NamedTuple):
+    """One vehicle of a passage: its scenario, and its labels.
+
+    Attributes
+    ----------
+    distance
+        Behind the first vehicle, m.
+    condition
+        Its place among the plan's conditions.
+    size, place
+        Of its fault; NaN without one.
+    wheel
+        The wheel with the fault, as numbers along `wheel_axes_of`; -1 without one.
+    drawn
+        Drawn values by path.
+    """
+
+    scenario: Scenario
+    distance: float
+    condition: int
+    size: float
+    place: float
+    wheel: tuple[int, ...]
+    drawn: dict[str, float]
+
+
+class Passage(NamedTuple):
+    """One passage: its status, part, readings by sensor, drawn values, vehicles, and (features, vehicles, wheels)."""
+
+    status: int
+    part: int
+    readings: dict[str, FloatArray]
+    drawn: dict[str, float]
+    vehicles: tuple[Own, ...]
+    features: FloatArray
+
+
+def passage_of(plan: DatasetPlan, number: int) -> Passage:
+    """Compute a passage; one that no run completes has a status that says why, and no readings."""
+    random = _random(plan, number, "part")
+    part = int(random.choice(len(plan.parts), p=np.array([*plan.parts.values()]) / sum(plan.parts.values())))
+    drawn = {row.path: row.draw.drawn(_random(plan, number, row.path)) for row in plan.rows if not row.per_vehicle}
+    sensors = plan.changed_sensors(drawn)
+    shared = plan.scenario.replaced({path: value for path, value in drawn.items() if not path.startswith(OF_SENSORS)})
+    behind = samples_behind(plan, float(shared.speed))
+    apart = [late * float(shared.speed) / float(plan.sensors[0].rate) for late in behind]
+    vehicles = tuple(_drawn_vehicle(plan, number, i, shared, distance) for i, distance in enumerate(apart))
+    wheels = int(np.prod([len(names) for names in wheel_axes_of(plan.scenario.vehicle).values()], initial=1))
+    features = np.full((len(plan.labels), len(vehicles), wheels), np.nan)
+    status, readings = COMPLETE, dict[str, FloatArray]()
+    for i, (own, late) in enumerate(zip(vehicles, behind, strict=True)):
+        try:
+            record = simulated_quietly(own.scenario, plan.method)
+        except InputError:
+            status = REFUSED
+            break
+        if record.outcome is not Outcome.COMPLETED:
+            status = STATUS.index(record.outcome.name.lower())
+            break
+        _add_readings(readings, record, sensors, late, _seed(plan, number, f"noise {i}"))
+        features[:, i] = np.reshape([feature._of_record(record)[0] for feature in plan.labels], (-1, wheels))
+    if status != COMPLETE:
+        features[:], readings = np.nan, {}
+    for name in readings:
+        if plan.noises.get(name):
+            white = _random(plan, number, f"noise of {name}").standard_normal(len(readings[name]))
+            readings[name] = readings[name] + plan.noises[name] * white
+    return Passage(status, part, readings, drawn, vehicles, features)
+
+
+def samples_behind(plan: DatasetPlan, speed: float) -> tuple[int, ...]:
+    """Return by how many samples each vehicle comes behind the first one."""
+    rate = float(plan.sensors[0].rate)
+    return tuple(round(float(distance) * rate / speed) for distance in plan.vehicles)
+
+
+def _add_readings(
+    readings: dict[str, FloatArray], record: Record, sensors: Sequence[Sensor], late: int, seed: int
+) -> None:
+    """Add what sensors read of a vehicle that comes `late` samples behind the first one."""
+    for name, found in recordings(record, sensors, seed).items():
+        whole = np.zeros(max(len(readings.get(name, ())), late + len(found.samples)))
+        whole[: len(readings.get(name, ()))] = readings.get(name, ())
+        whole[late : late + len(found.samples)] += found.samples
+        readings[name] = whole
+
+
+def _drawn_vehicle(plan: DatasetPlan, number: int, vehicle: int, shared: Scenario, distance: float) -> Own:
+    rows = [row for row in plan.rows if row.per_vehicle]
+    drawn = {row.path: row.draw.drawn(_random(plan, number, row.path, vehicle)) for row in rows}
+    scenario = shared.replaced(drawn) if drawn else shared
+    if plan.way is not None:
+        scenario = scenario.replaced({"duration": float(plan.way) / float(scenario.speed)})
+    random = _random(plan, number, "fault", vehicle)
+    condition = int(random.choice(len(plan.conditions), p=plan.shares))
+    fault, size, place = plan.conditions[condition].drawn(random)
+    axes = wheel_axes_of(scenario.vehicle)
+    if fault is None or size is None or place is None:
+        return Own(scenario, distance, condition, np.nan, np.nan, tuple(-1 for _ in axes), drawn)
+    wheel = tuple(int(random.integers(len(names))) for names in axes.values())
+    return Own(with_fault(scenario, fault, size, place, wheel), distance, condition, size, place, wheel, drawn)
+
+
+def with_fault(scenario: Scenario, fault: Fault, size: float, place: float, wheel: tuple[int, ...]) -> Scenario:
+    """Return a scenario with a fault, on one wheel of a vehicle that has several.
+
+    Raises
+    ------
+    InputError
+        If a vehicle with several wheels has a fault that is no irregularity of a tread.
+    """
+    if not wheel:
+        return fault.passage(scenario, size, place)
+    vehicle = scenario.vehicle
+    radius = vehicle.axles[wheel[0]].radius if SEVERAL_BODIES in vehicle.needs else vehicle.radius
+    alone = Scenario(
+        vehicle=Wheelset(mass=1500, load=1e5, radius=radius), speed=scenario.speed, duration=scenario.duration
+    )
+    faulty = fault.passage(alone, size, place)
+    if faulty.replaced({"irregularity": ()}) != alone:
+        raise InputError("", "faults", repr(fault.name), "faults of treads, on a vehicle with several wheelsets")
+    items = scenario.irregularity
+    placed = dict(items) if isinstance(items, Placement) else {"both": items} if items else {}
+    names = [f"wheelset {wheel[0] + 1}", *(("left", "right")[side] for side in wheel[1:])]
+    where = " ".join(names)
+    placed[where] = (*placed.get(where, ()), *faulty.irregularity)
+    return scenario.replaced({"irregularity": placed})
+
+
+def _seed(plan: DatasetPlan, number: int, what: str) -> int:
+    return int(np.random.SeedSequence([plan.seed, number, crc32(what.encode())]).generate_state(1)[0])
+
+
+def _random(plan: DatasetPlan, number: int, what: str, vehicle: int = 0) -> np.random.Generator:
+    """Return what draws one thing of a passage, which does not depend on what else is drawn."""
+    return np.random.default_rng([plan.seed, number, vehicle, crc32(what.encode())])
+
+
+def longest(plan: DatasetPlan) -> dict[float, int]:
+    """Return the largest number of samples of a passage, by rate."""
+    ends: Mapping[str, tuple[float, float]] = {row.path: row.draw.ends for row in plan.rows}
+    slowest = ends.get("speed", 2 * (float(plan.scenario.speed),))[0]
+    longest_run = ends.get("duration", 2 * (float(plan.scenario.duration),))[1]
+    until = longest_run if plan.way is None else float(plan.way) / slowest
+    late = max(samples_behind(plan, slowest))
+    rates = dict.fromkeys(float(one.rate) for one in plan.sensors)
+    return {rate: int(np.floor(until * rate * (1.0 + 1e-12))) + 1 + late for rate in rates}
