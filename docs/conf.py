@@ -3,6 +3,7 @@
 import re
 import sys
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import wheeltapper
@@ -11,6 +12,7 @@ from wheeltapper._version import __version__
 sys.path.insert(0, str(Path(__file__).parent))  # for the modules of this folder
 import abilities
 import front_pictures
+import gallery_figures
 import paper_figures
 
 project = "wheeltapper"
@@ -26,6 +28,7 @@ extensions = [
     "sphinx_design",
     "kinds",
     "speeds",
+    "validation_report",
 ]
 exclude_patterns = ["_build", "decisions"]
 templates_path = ["_templates"]
@@ -35,9 +38,24 @@ html_title = "wheeltapper"
 html_show_sourcelink = False
 html_theme_options = {"navigation_with_keys": False, "secondary_sidebar_items": ["page-toc"]}
 
-# The pages of the public names are written by autosummary into api/, from the docstrings alone.
+
+def names_in(room: ModuleType) -> list[str]:
+    """Return the names of a room that have no page of their own elsewhere: at the front door, or among the sensors."""
+    others = (wheeltapper,) if room is wheeltapper.sensors else (wheeltapper, wheeltapper.sensors)
+    return [name for name in room.__all__ if not any(getattr(one, name, None) is getattr(room, name) for one in others)]
+
+
+# The pages of the public names are written by autosummary into api/, from the docstrings alone; each name has one.
 autosummary_generate = True
+autosummary_context = {
+    "names_in": {
+        f"wheeltapper.{name}": names_in(room)
+        for name in wheeltapper.__all__
+        if isinstance(room := getattr(wheeltapper, name), ModuleType)
+    }
+}
 autodoc_typehints = "none"  # the docstrings state types, shapes and units
+python_maximum_signature_line_length = 88  # a longer one has a line for each parameter
 numpydoc_show_class_members = False
 
 # Every script in examples/ runs in seconds, so the gallery runs them all; a failing one fails the build.
@@ -46,6 +64,7 @@ sphinx_gallery_conf = {
     "gallery_dirs": "gallery",
     "filename_pattern": r"\.py$",
     "image_scrapers": ("gallery_figures.drawn_figures",),
+    "thumbnail_size": (640, 448),
     "download_all_examples": False,
     "show_memory": False,
     "min_reported_time": 60,
@@ -58,10 +77,20 @@ def as_written(app: Any, what: str, name: str, obj: Any, options: Any, lines: li
     lines[:] = [re.sub(r"^(\s*)([a-z]\.)$", r"\1\\\2", line).replace("|", r"\|") for line in lines]
 
 
-def at_the_front_door(app: Any, what: str, name: str, obj: Any, skip: bool, options: Any) -> bool | None:
-    """Leave out of a room's page what has a page of its own, and of the diagnosis what is of a sensor."""
-    of_a_sensor = getattr(wheeltapper.sensors, name, None) is obj and not app.env.docname.endswith("sensors")
-    return True if what == "module" and (getattr(wheeltapper, name, None) is obj or of_a_sensor) else None
+def readable(
+    app: Any, what: str, name: str, obj: Any, options: Any, signature: str | None, returned: str | None
+) -> tuple[str | None, str | None]:
+    """Shorten defaults that would drown a signature: nouns, large numbers, and what only old calls give."""
+    if signature:
+        signature = signature.replace(", **older", "").replace("<factory>", "...")
+        signature = re.sub(r"=([A-Z]\w*)\([^()]*\)", r"=\1()", signature)
+        signature = re.sub(r"\b\d{5,}\.0\b", lambda found: f"{float(found[0]):g}".replace("e+", "e"), signature)
+    return signature, returned
+
+
+def for_readers(app: Any, what: str, name: str, obj: Any, skip: bool, options: Any) -> bool | None:
+    """Leave out what classes have for the tests alone."""
+    return True if what == "class" and name == "example" else None
 
 
 def setup(app: Any) -> None:
@@ -70,4 +99,6 @@ def setup(app: Any) -> None:
     front_pictures.draw_missing()
     paper_figures.draw_missing()
     app.connect("autodoc-process-docstring", as_written)
-    app.connect("autodoc-skip-member", at_the_front_door)
+    app.connect("autodoc-process-signature", readable)
+    app.connect("autodoc-skip-member", for_readers)
+    app.connect("html-page-context", gallery_figures.large_thumbnails)

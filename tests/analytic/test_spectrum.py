@@ -194,7 +194,7 @@ def test_its_path_is_exact_and_without_kinks_also_in_sums():
 def test_waves_beyond_the_modes_of_the_track_are_told_with_the_numbers():
     scene = SCENE.replaced({"track": wt.tracks.Ballasted.named("Zhai2004"), "speed": 40.0, "duration": 0.02})
     short = scene.replaced({"irregularity": [Spectrum(curve="ISO 3095:2013", wavelengths=(0.004, 0.4), added=-20)]})
-    with pytest.warns(UserWarning, match=r"excites up to 1e\+04 Hz, and modes of the track are kept up to 5000 Hz"):
+    with pytest.warns(UserWarning, match=r"up to 1e\+04 Hz, but its modes are computed only up to 5000 Hz"):
         wt.simulate(short)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -114,6 +114,7 @@ def test_a_click_on_the_map_loads_its_run(server: Server, opened: Callable[..., 
     page = opened(server.address)
     page.locator("body").press("m")
     page.wait_for_selector("html[data-mapped]", timeout=300_000)  # its kernels may have to be compiled
+    page.wait_for_function("() => document.querySelector('#map').getBoundingClientRect().top < innerHeight")
     page.locator("#map").scroll_into_view_if_needed()
     page.wait_for_function("() => document.querySelector('#map .key').textContent.includes('steepest rise')")
     before = page.inner_text("#summary")
@@ -329,4 +330,5 @@ def test_the_page_fits_its_window_in_light_and_dark(
     page.set_viewport_size({"width": width, "height": 900})
     time.sleep(0.3)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.locator("#form input[type=range]").first.bounding_box()["y"] < 900
     assert page.evaluate("document.documentElement.dataset.theme") == scheme

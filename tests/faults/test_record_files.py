@@ -277,9 +277,9 @@ def test_a_history_that_this_version_makes_otherwise_is_marched_again_and_says_s
     again = wt.load(tmp_path / "a.nc")
     assert again.events.identical(record.events)
     assert again.peaks.identical(record.peaks)
-    with pytest.warns(ModelWarning, match=f"marched again, as the file's march .wheeltapper.* does not fit.*{said}"):
+    with pytest.warns(ModelWarning, match=f"the file .wheeltapper.* is not what this version computes.*{said}"):
         history = again.history(5000.0)
-    assert any("marched again" in note for note in again.notes)
+    assert any("the run was computed again" in note for note in again.notes)
     assert again.events.identical(record.events)
     assert not history.identical(record.history(5000.0))
     assert history.identical(wt.simulate(WHEELSET).history(5000.0))
@@ -297,7 +297,7 @@ def test_a_log_that_no_longer_fits_the_path_is_marched_again_with_the_events_of_
         return replace(lowered, program=lowered.program._replace(pieces=pieces, numbers=numbers))
 
     spoilt("wheel", of_fewer_pieces, monkeypatch)
-    with pytest.warns(ModelWarning, match="marched again, .*: it has 0 events where the file has [1-9]"):
+    with pytest.warns(ModelWarning, match="computed again: it has 0 events where the file has [1-9]"):
         again = wt.load(tmp_path / "a.nc")
     assert again.events.identical(record.events)
     assert again.peaks.identical(record.peaks)

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 from matplotlib import rc_context
 from matplotlib.animation import FFMpegWriter
+from matplotlib.colors import to_rgb
 from PIL import Image
 
 import wheeltapper as wt
-from wheeltapper.faces.animation.pictures import Canvas
+from wheeltapper.faces.animation.pictures import Canvas, _palette
 from wheeltapper.faces.animation.scenes import Interval, film_of
+from wheeltapper.faces.panels import COLOURS
 
 from .test_charts import BUMP
 
@@ -91,6 +93,19 @@ def test_a_deck_and_a_wagon_move():
     assert len(film.discs) == 4
     assert len([shape for shape in film.shapes if shape.colour == "body"]) == 3
     assert film.names[1] == "1 right"
+    assert "displacements" in film.motion
+    canvas = Canvas(film)  # bodies are drawn to the scale of lengths: no numbers of millimetres beside them
+    assert len(canvas.motion.get_yticks()) == 0
+    assert [text.get_text() for text in canvas.motion.texts] == [f"displacement of {1e3 * film.ruler:g} mm"]
+    said = [text.get_text() for text in canvas.force.get_legend().get_texts()]
+    assert said[:8] == list(film.names)
+    canvas.figure.canvas.draw()
+    words = canvas.motion.xaxis.label.get_window_extent()
+    assert not canvas.force.get_legend().get_window_extent().overlaps(words)
+    image = next(iter(canvas.images()))
+    kept = np.asarray(_palette(image).getpalette()).reshape(-1, 3)
+    for colour in COLOURS:  # lines of two wheels do not become one colour
+        assert np.abs(kept - 255.0 * np.array(to_rgb(colour))).max(axis=1).min() < 12
 
 
 def test_the_files(record, tmp_path):

@@ -142,7 +142,7 @@ DENIALS = {
 OTHERS = (
     # what a model is, for all questions
     "they do not bend, and both rails move vertically only", "`StiffTrack` and the deck do not bend at all",
-    "Flanges of wagons do not yield", "This model leaves out lateral motion", "the track is rigid: at a kink",
+    "Flanges of wagons do not yield", "This model leaves out lateral motion", "the track is rigid: at a flat",
     "whose inertia the wheelset's model leaves out", "leaves out short waves by its geometry",
     "the energy within the track is not computed", "neither pad nor fastening",
     # what a scenario, a field or a recording is refused for, whatever marches it

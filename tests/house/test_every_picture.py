@@ -232,6 +232,10 @@ def test_guiding_forces_and_running_safety_of_a_coach():
     assert flaws(wt.plot([run, run])) == []
     y = wt.plot(found).axes[0].get_lines()[0].get_ydata()
     np.testing.assert_allclose(y, found.guiding_force.isel(wheelset=0, side=0) / 1e3)
+    still = 1e-12 * found.sum_of_guiding_forces  # rounding of a vehicle that runs straight
+    assert wt.plot(found.assign(sum_of_guiding_forces=still)).axes[3].get_ylim() == (-1.0, 1.0)
+    worn = wt.plot(found).axes[-1].get_lines()[0].get_ydata()  # of T-gamma, which has no mean at the ends
+    np.testing.assert_array_equal(np.isnan(worn), np.isnan(found.t_gamma.isel(surface=0, wheelset=0, side=0)))
 
 
 def test_a_gradient_and_a_border_and_statistics():

@@ -1,6 +1,7 @@
 """Interactive pictures are the same pictures."""
 
 import importlib.util
+import re
 
 import numpy as np
 import pytest
@@ -24,7 +25,11 @@ def test_an_interactive_record_has_the_same_lines_and_words(tmp_path):
     np.testing.assert_allclose(static.y, record.static_force / 1e3)  # a line across the whole axis, in its units
     assert found.layout.yaxis2.title.text == "normal force [kN]"
     assert found.layout.title.text == drawn.get_suptitle()
-    assert "plotly" in (tmp_path / "record.html").read_text(encoding="utf-8")
+    page = (tmp_path / "record.html").read_text(encoding="utf-8")
+    assert "plotly" in page
+    assert not re.search(r"<(script|link|img|iframe)\b[^>]*\b(src|href)=", page)  # nothing is loaded
+    for kept in ("prefers-color-scheme: dark", 'name="viewport"', f"<title>{drawn.get_suptitle()}</title>"):
+        assert kept in page
     stems, *_ = wt.plot(record.impacts, interactive=True).data  # the last has no next one, whose interval it could have
     forces = record.impacts.peak_force.values / 1e3
     np.testing.assert_allclose(np.sort(stems.y[1::3]), np.sort(forces[np.isfinite(forces)]))

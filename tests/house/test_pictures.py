@@ -8,6 +8,7 @@ import wheeltapper as wt
 from tests.looks import flaws
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.registry import makeable_nouns
+from wheeltapper.faces.vehicles import _per_cent
 
 from .test_charts import BUMP, OVER, PAIR
 
@@ -77,6 +78,13 @@ def test_a_map_and_a_cloud():
 
 
 @pytest.mark.slow
+def test_a_map_over_masses_of_five_digits_has_numbers_apart():
+    over = {"vehicle.bodies.car body.mass": [30e3, 32e3, 34e3], "speed": [4.0, 6.0]}
+    chart = wt.sweep(wt.Scenario(irregularity=STEP, **COACH | {"duration": 0.02}), over, ["largest_force"])
+    assert flaws(wt.plot(chart)) == []
+
+
+@pytest.mark.slow
 def test_wear_has_no_offset_and_no_growth_of_noise():
     shape = wt.Corrugation(amplitude=-5e-5, wavelength=0.05, start=0.01)
     rough = BUMP.replaced({"irregularity": shape, "speed": 36.0, "duration": 0.03, "vehicle.damping": 8e3} | PLASTIC)
@@ -139,6 +147,7 @@ def test_a_wagon_shows_its_bodies_to_scale_and_names_all_elements():
     assert boxes[0].width == pytest.approx(np.sqrt(6 * (2 * 1.97e6 - 56_800) / 32e3), rel=1e-9)
     assert {round(box.width, 6) for box in boxes if box.y0 < 1e-9} == {0.92}  # wheels stand on the rail
     (named,) = figure.legends
+    assert {mark.get_markeredgewidth() for mark in named.legend_handles} == {0.0}  # an edge smears digits
     said = ", ".join(text.get_text() for text in named.get_texts())
     assert sorted(said.split(", ")) == sorted(element.name for element in coach.elements)
     alone = wt.Wagon(bodies=(), axles=coach.axles[:1])
@@ -150,7 +159,12 @@ def test_a_wagon_shows_its_bodies_to_scale_and_names_all_elements():
 @pytest.mark.slow
 def test_modes_show_roots_and_shapes():
     modes = wt.modes(wt.Scenario(**COACH))
-    assert flaws(wt.plot(modes)) == []
+    figure = wt.plot(modes)
+    assert flaws(figure) == []
+    noted = [text.get_text() for text in figure.axes[2].texts]  # those of equal roots are in one label
+    assert len(", ".join(noted).split(", ")) == 4
+    assert _per_cent(-8.5e-13) == "0"
+    assert _per_cent(0.0135) == "1.35"
     bounce = modes.isel(mode=list(modes.name.values).index("car body bounce"))
     figure = wt.plot(bounce)
     (dots,) = figure.axes[2].collections

@@ -37,8 +37,13 @@ def test_long_work_shows_what_is_done_and_how_much_of_it(terminal, capsys):
     work(1.0)
     said = capsys.readouterr()
     assert said.out == ""
-    for part in ("marching", "25%", "75%"):
+    for part in ("marching", "25%", "75%", "so far"):
         assert part in said.err
+
+
+def test_what_is_left_is_told_where_it_is_known_and_never_as_what_has_passed():
+    assert bars.time_text(35.7, None) == "0:00:35 so far"
+    assert bars.time_text(35.7, 90.2) == "0:00:35 so far, 0:01:30 left"
 
 
 def test_short_work_shows_nothing(terminal, monkeypatch, capsys):

@@ -203,6 +203,6 @@ def test_deviates_depend_on_seed_and_seat_alone():
 
 
 def test_a_run_that_meets_an_anomaly_again_is_told():
-    with pytest.warns(UserWarning, match="meets some of them again"):
+    with pytest.warns(UserWarning, match="wheels meet some of them again"):
         record = simulated(with_anomalies(HANGING), speed=60.0, duration=0.5)
-    assert any("recur every 24 m" in note for note in record.notes)
+    assert any("come again every 24 m" in note for note in record.notes)

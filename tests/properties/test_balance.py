@@ -66,7 +66,7 @@ def test_a_march_by_other_numbers_than_its_record_is_found_out(name):
         assert missing > balanced.LIMIT
         status, notes = balanced.judged_balance(contract.DONE, missing)
         assert status == balanced.UNBALANCED
-        assert "work and energy differ" in notes[0]
+        assert "the energy balance of the run is wrong by" in notes[0]
 
 
 @pytest.mark.parametrize("name", ["Hertz", "undamped", "deck", "hysteresis", "curvature", "flat"])

@@ -272,7 +272,7 @@ def test_what_is_explained_of_a_recording_that_is_not_is_told():
     late = recording.times > 0.1
     finding = wt.diagnose(replace(recording, samples=np.where(late, -recording.samples, recording.samples)), SHORT)
     assert finding.verdict == "not explained"
-    assert any(note.startswith("up to ") and "explain it" in note for note in finding.notes)
+    assert any(note.startswith("up to ") and "explain the recording" in note for note in finding.notes)
 
 
 @pytest.mark.slow

@@ -423,5 +423,5 @@ def test_a_force_without_a_maximum_is_that_of_the_end_with_gradients_too(track):
     for name in ("largest_force", "largest_force_over_static"):
         assert float(found[name]) == pytest.approx(float(plain[name][0]), rel=1e-12)
         assert np.isnan(found[f"{name}_gradient"]).all()
-    assert "the largest one is that at an end, which has no derivative" in found.attrs["notes"]
+    assert "the largest one is that at the run's start or end, without a derivative" in found.attrs["notes"]
     assert float(found.largest_force) == pytest.approx(static * float(found.largest_force_over_static), rel=1e-12)

@@ -55,7 +55,8 @@ def test_a_corner_of_a_feature_has_no_derivative():
     assert status_of(found) == "not_differentiable"
     assert np.isnan(found.folded_gradient.sel(wheelset=1)).all()
     assert np.isfinite(found.first_loss_gradient.sel(wheelset=1)).all()
-    assert json.loads(found.notes)[-1] == "folded has no derivative by speed: its slopes on both sides differ"
+    said = "folded has no derivative by speed (NaN): the slopes below and above this value differ"
+    assert json.loads(found.notes)[-1] == said
 
 
 @pytest.mark.slow
@@ -68,7 +69,7 @@ def test_where_contact_begins_to_be_lost_there_is_no_derivative_and_close_to_it_
     assert status_of(found) == "not_differentiable"
     assert np.isnan(found.largest_force_gradient).all()
     (note,) = (note for note in json.loads(found.notes) if "no derivative" in note)
-    assert note.startswith(f"largest_force has no derivative by {HEIGHT}, {MASS}: as little as that changes, other")
+    assert note.startswith(f"largest_force has no derivative by {HEIGHT}, {MASS} (NaN): even for a tiny change other")
     near, far = (
         wt.gradient(DIP.replaced({HEIGHT: onset * more}), ["time_in_air"], [HEIGHT]) for more in (1.0000001, 1.2)
     )

@@ -315,4 +315,4 @@ def test_a_note_names_what_has_no_derivative_where_a_contact_is_released():
     assert np.isfinite(found.largest_force_gradient.values).all()
     told = [note for note in json.loads(found.attrs["notes"]) if "no derivative" in note]
     assert len(told) == 1
-    assert told[0].startswith("time_in_air has no derivative by vehicle.mass, speed: ")
+    assert told[0].startswith("time_in_air has no derivative by vehicle.mass, speed (NaN): ")

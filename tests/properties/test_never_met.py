@@ -274,7 +274,7 @@ def test_the_command_does_not_accept_what_was_never_met(tmp_path, capsys):
 
 def test_places_of_the_track_that_no_wheel_comes_near_are_said():
     record = wt.simulate(scene(bump(0.1), track=LINE, duration=0.05))
-    with pytest.warns(ModelWarning, match=r"no readings at rail 100 m, seat -90: .* reaches 24 m") as caught:
+    with pytest.warns(ModelWarning, match=r"no readings at rail 100 m, seat -90 \(NaN\): .* up to 24 m from") as caught:
         found = record.track(2000, rail=[1.0, 100.0], seat=[1, -90])
     assert len(caught) == 1
     assert np.isnan(found.rail_strain.sel(rail=100.0)).all()

@@ -135,8 +135,8 @@ def test_a_hint_keeps_the_number_as_it_was_written_or_there_is_none(changes, mea
 @pytest.mark.parametrize(
     ("contact", "vehicle", "other"),
     [
-        (wt.Hertz(constant=9.41e10), WHEEL, "`constant_per_wheel` is the other"),
-        (wt.Hertz(constant_per_wheel=1.882e11), WHEEL, "`constant` is the other"),
+        (wt.Hertz(constant=9.41e10), WHEEL, "perhaps `constant_per_wheel` is meant"),
+        (wt.Hertz(constant_per_wheel=1.882e11), WHEEL, "perhaps `constant` is meant"),
         (wt.Hertz(constant=1.405e11), WHEEL, None),  # the paper's
         (wt.Hertz(constant=1.882e11), WHEEL, None),
         (wt.Hertz(constant_per_wheel=9.41e10), WHEEL, None),

@@ -246,7 +246,7 @@ def test_alarms_of_what_is_not_explained_compare_the_force_of_the_recording():
     assert {alarm["forces_from"] for alarm in entry["alarms"]} == {"recording"}
     text = str(found)
     assert "per wheel from the recording, more than 350 kN" in text
-    assert "not explained: no model gives a force on level track; forces are from the recording" in text
+    assert "not explained: without a model there is no force on level track; forces are from the recording" in text
     again = train_of(json.loads(json.dumps([finding.to_dict() for finding in found.findings])), where)
     assert [str(one) for one in again.alarms] == [str(one) for one in found.alarms]
 

@@ -1,13 +1,12 @@
 """The coach's linear modes against those of other programs."""
 
-import tomllib
-
 import numpy as np
 import pytest
 
-from tests.cases import DATA, reference
+from tests.cases import reference
 from wheeltapper.describe.vehicle.element import Damper, Spring
 from wheeltapper.describe.vehicle.wagon import Wagon
+from wheeltapper.faces.validation.comparison import table_of
 from wheeltapper.lower.structure import structure_of
 
 
@@ -25,7 +24,7 @@ def frequencies(mass, stiffness):
 
 
 def test_the_modes_on_fixed_wheelsets_are_those_of_another_program():
-    expected = tomllib.loads((DATA / "coach_modes.toml").read_text(encoding="utf-8"))
+    expected = table_of("coach_modes.toml")
     wagon = held(Wagon.erri_b176(), (), ("x", "y", "z", "roll", "pitch", "yaw"))
     structure = structure_of(wagon)
     found = frequencies(structure.mass, structure.stiffness)

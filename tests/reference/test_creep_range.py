@@ -73,7 +73,7 @@ def test_a_run_on_the_treads_of_dry_rails_says_nothing_and_one_on_slippery_rails
     assert said(wt.simulate(coach(wt.creep.Polach(friction=0.35)))) == []
     (note,) = said(wt.simulate(coach(wt.creep.Polach(friction=0.1))))
     assert "would use 0.28 of the friction limit on wheelset" in note
-    assert "Polach is near FASTSIM up to 0.2" in note
+    assert "Polach is close to FASTSIM up to 0.2" in note
     assert said(wt.simulate(coach(wt.creep.Fastsim(friction=0.1)))) == []
 
 

@@ -217,7 +217,7 @@ def test_a_run_that_is_all_end_or_that_broke_off_is_doubted():
     with pytest.warns(ModelWarning, match="nothing is left"):
         assert np.isnan(short.running_safety(window=0).unloading).all()
     wt.plot(found)
-    with pytest.warns(ModelWarning, match=r"shorter than the mean over 2 m: no Y/Q, no ΣY"):
+    with pytest.warns(ModelWarning, match=r"shorter than the mean over 2 m: Y/Q and ΣY are NaN"):
         assert np.isnan(wt.simulate(wheelset(duration=0.24)).guidance().derailment_quotient).all()
     hill = {"left": wt.CosineBump(height=0.03, length=1.0, start=0.5)}
     lost = wt.simulate(wheelset(hill, speed=40.0, creep=wt.creep.Polach(friction=0.35)))

@@ -73,7 +73,7 @@ def check_alike(coach, bogie, allowed, allowed_of_wheels):
         np.testing.assert_allclose(own.time, wheels.time, rtol=0, atol=allowed_of_wheels)
 
 
-UNDAMPED = pytest.mark.filterwarnings("ignore:the ring of 54 m is short")
+UNDAMPED = pytest.mark.filterwarnings("ignore:the track is computed as a closed ring of 54 m")
 
 
 @pytest.mark.slow
@@ -162,7 +162,7 @@ def test_ballast_presses_by_its_depth_under_each_half_of_a_sleeper_that_rolls():
 def test_a_damper_against_roll_that_no_void_can_have_is_told():
     scene = rolling_scene(duration=1e-3)
     scene["track"] = scene["track"].model_copy(update={"ballast_roll_damping": 1e4})
-    assert any("ballast_roll_damping does not count" in note for note in coach_over("default", **scene).notes)
+    assert any("ballast_roll_damping has no effect" in note for note in coach_over("default", **scene).notes)
     scene = rolling_scene(duration=1e-3)
     assert not any("ballast_roll_damping" in note for note in coach_over("default", **scene).notes)
 

@@ -223,7 +223,7 @@ def test_the_critical_speed_says_how_it_takes_friction_and_what_it_is_without():
     assert isinstance(found, float)
     assert found == pytest.approx(wt.stability.critical_speed(scene(tied), lowest=40.0), rel=2e-4)
     (text,) = [str(one.message) for one in said]
-    assert "friction which sticks: 'one' as rigid, 'other' as its spring" in text
+    assert "dry friction sticks ('one' as rigid, 'other' as its spring)" in text
     without = wt.stability.critical_speed(scene(), lowest=40.0)
     assert f"without this friction it is {without:.4g} m/s" in text
     assert abs(without / found - 1.0) > 0.05

@@ -103,7 +103,7 @@ def test_half_a_coach_over_anomalies_of_the_track_is_a_bogie(tmp_path):
     for name, values in under.data_vars.items():
         allowed = TRACK_ALLOWED["strict"]["acceleration" in name] * float(np.abs(values).max())
         np.testing.assert_allclose(read[name].sel(side="left"), values, rtol=0, atol=allowed)
-    assert any("recur every" in note for note in coach.notes)
+    assert any("come again every" in note for note in coach.notes)
     coach.save(tmp_path / "coach.nc")
     xr.testing.assert_identical(wt.load(tmp_path / "coach.nc").track(**beside), read)
 

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 OTHER_ORDER = (
-    "even for a tiny change other events happen in the run, or in another order (losses, impacts, onsets of yield, stops "
-    "and corners of elements, friction that slips or sticks, voids that close)"
+    "even for a tiny change other events happen in the run, or in another order (losses, impacts, onsets of yield, "
+    "stops and corners of elements, friction that slips or sticks, voids that close)"
 )
 CORNER = "the slopes below and above this value differ"
 """Why there is no derivative."""

@@ -138,5 +138,6 @@ def _check_slowest(scenario: Scenario, growth: float) -> None:
     if len(undamped):
         more = f" and {len(undamped) - 1} more" if len(undamped) > 1 else ""
         warn_caller(
-            f"undamped: {mode_text(int(undamped[0]))}{more}; a mode that neither grows nor decays does not count as hunting"
+            f"undamped: {mode_text(int(undamped[0]))}{more}; a mode that neither grows nor decays "
+            "does not count as hunting"
         )

@@ -25,6 +25,8 @@ ARROWS = 12
 """Approximate number of gradient arrows along each axis."""
 INSIDE = 0.45
 """So far from the middle of an axis, over its length, numbers of level curves are not cut."""
+MOST_TICKS = 6
+"""Most intervals along a panel's axis, so that numbers of five digits have room."""
 MOST_COLUMNS = 4
 """Largest number of panels beside each other."""
 WITHOUT = "no value, or no reliable gradient"
@@ -119,6 +121,7 @@ def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str], wheels: W
                 f"{len(dimensions)} varied fields",
                 "one or two; choose a slice with chart.sel or chart.isel",
             )
+        axis.locator_params(axis="x", nbins=MOST_TICKS)
         if called and not others:
             axis.set_title(f"{called}\n{axis.get_title(rcParams['axes.titlelocation'])}".rstrip(), fontsize=9)
 

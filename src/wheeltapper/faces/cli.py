@@ -19,6 +19,7 @@ from wheeltapper.faces.cli_limits import limits
 from wheeltapper.faces.cli_orbits import orbits
 from wheeltapper.faces.cli_report import report
 from wheeltapper.faces.cli_site import assess, design, diagnose
+from wheeltapper.faces.cli_validate import validate
 from wheeltapper.faces.exits import DONE, NOT_FINISHED, PICTURES, WRONG_INPUT, check_target, make_folder
 from wheeltapper.faces.usage import as_input_error, refuse_fractions
 from wheeltapper.ground.arguments import as_count
@@ -41,7 +42,7 @@ app = App(
 )
 app.register_install_completion_command(help="Install completion for this shell (bash, zsh, fish).")
 
-for command in (limits, diagnose, assess, design, calibrate, report, orbits, explore, cache):
+for command in (limits, diagnose, assess, design, calibrate, report, orbits, explore, validate, cache):
     app.command(command)
 
 

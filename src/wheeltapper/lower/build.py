@@ -101,8 +101,8 @@ def sharp_dip(curvature: float, x: float, radius: float) -> list[Note]:
     if curvature * radius <= 1.0:
         return []
     text = (
-        f"the irregularity has a hollow (radius {1e3 / curvature:.4g} mm at x = {x:.6g} m) that is sharper than the "
-        f"wheel (radius {1e3 * radius:.4g} mm), which cannot reach its bottom; here it does, as a point would: use "
+        f"the irregularity is more sharply hollow (radius {1e3 / curvature:.4g} mm at x = {x:.6g} m) than the wheel is "
+        f"round (radius {1e3 * radius:.4g} mm): a wheel cannot follow it, but here it does, as a point would; use "
         'rolling="circle"'
     )
     return [Note(text, SHARP_DIP, curvature * radius, doubtful=True)]

@@ -68,8 +68,8 @@ SUDDEN = Note(
 )
 """What a start at speed from a static state means."""
 HALVES = Note(
-    "track.sleeper_roll_inertia has no effect here: this vehicle runs on one rail, on half-sleepers; sleepers roll below "
-    "a Wagon only",
+    "track.sleeper_roll_inertia has no effect here: this vehicle runs on one rail, on half-sleepers; sleepers roll "
+    "below a Wagon only",
     "sleepers' roll",
 )
 """What is left out where the track says how sleepers roll."""

@@ -44,11 +44,11 @@ are."""
 MOST_OCTETS = 6
 """Octets of contacts and voids: a double tells which of so many lanes are closed, and whether a step is at once."""
 TWO_RAILS = Note(
-    "each rail lies on half-sleepers of its own, so that sleepers do not roll (with track.sleeper_roll_inertia they do); "
-    "rails move vertically only: creep forces move the wheelsets, not the rails",
+    "each rail lies on half-sleepers of its own; with track.sleeper_roll_inertia whole sleepers roll. Rails move "
+    "vertically only: creep forces move the wheelsets alone",
     "two rails",
 )
-ROLLING = Note("rails move vertically only: creep forces move the wheelsets, not the rails", "two rails")
+ROLLING = Note("rails move vertically only: creep forces move the wheelsets alone", "two rails")
 """What the march leaves out of a real track, without and with sleepers that roll."""
 SPRINGS_AND_DAMPERS = Note(
     "at sleepers with voids ballast_roll_damping has no effect: there the ballast's dampers stand where its springs do",

@@ -44,7 +44,7 @@ def beyond_plastic(contact: Any, laws: Sequence[PlasticLaw], reached: Sequence[f
     if force <= allowed:
         return ()
     text = (
-        f"the contact force reaches {force / 1e3:.4g} kN, but {type(contact).__name__}'s law was derived for up to "
+        f"the contact force reaches {force / 1e3:.4g} kN, but {type(contact).__name__} holds up to "
         f"{contact.limit:g} times the indentation at yield, {allowed / 1e3:.4g} kN: beyond that it is extrapolated"
     )
     return (Note(text, "beyond the law", force / allowed, doubtful=True),)
@@ -54,12 +54,12 @@ def beyond_table(law: ForceLaw, deepest: float, fastest: float) -> tuple[Note, .
     """Return notes on the largest indentation of a run, m, and on its largest rate, m/s."""
     largest = float(law.largest)
     depth = (
-        f"the indentation reached {1e3 * deepest:.4g} mm, but the contact's law is known up to {1e3 * largest:.4g} mm "
-        "(`largest`): beyond that its force is extrapolated as a power, by its exponent"
+        f"the indentation reached {1e3 * deepest:.4g} mm; the table of the contact's law ends at "
+        f"{1e3 * largest:.4g} mm (`largest`), beyond which its force is extrapolated as a power, by its exponent"
     )
     rate = (
-        f"the indentation's rate reached {fastest:.4g} m/s, but the contact's law is tabulated up to {FASTEST:g} m/s: "
-        "beyond that its force is extrapolated along a straight line"
+        f"the indentation's rate reached {fastest:.4g} m/s; the table of the contact's law ends at {FASTEST:g} m/s, "
+        "beyond which its force is extrapolated along a straight line"
     )
     gone = ((depth, deepest / largest), (rate, fastest / FASTEST if law.takes_rate else 0.0))
     return tuple(Note(text, "own law", ratio, doubtful=True) for text, ratio in gone if ratio > 1.0)

@@ -20,8 +20,8 @@ KINK = 1e-4
 """Smallest change of slope that counts as a kink, and smallest jump over the height of the irregularity that counts as
 a jump."""
 NOTE = Note(
-    "the track is rigid: at a flat, a step or a joint, forces on a rail that bends (wt.tracks) are others, much smaller "
-    "at low speed, at high speed perhaps larger",
+    "the track is rigid: at a flat, a step or a joint, forces on a rail that bends (wt.tracks) are others, much "
+    "smaller at low speed, at high speed perhaps larger",
     "rigid track",
 )
 """The note itself."""

@@ -35,8 +35,8 @@ def animate(
     A wheel on a stiff track or a deck is shown close up, where it touches. Heights, also those of the wheel's arc, are
     drawn far larger than lengths, so that indentations and gaps can be seen. If the wheel rolls as a point, a small
     disc stands for it. Several wheelsets, and rails on sleepers, are shown from the side. So is a wagon: its bodies
-    move from where they stood at `start`, on a rail that is drawn straight. The title says how slow the motion is, and
-    how exaggerated.
+    move from where they stood at `start`, on a rail that is drawn straight. Sizes are to the scale of lengths,
+    and a bar tells that of displacements. The title says how slow the motion is, and how exaggerated.
 
     Parameters
     ----------

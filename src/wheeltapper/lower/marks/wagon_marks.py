@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
 SIDES = ("left", "right")
 SCALED = Note(
-    "treads yield by the law of a wheelset in the middle of the track, scaled by the contact's constant where the wheel "
-    "runs; flanges do not yield",
+    "treads yield by the law of a wheelset in the middle of the track, scaled by the contact's constant where the "
+    "wheel runs; flanges stay elastic",
     "law aside",
 )
 """What the law of treads that yield is where wheelsets shift."""

@@ -324,8 +324,8 @@ def _two_point_notes(envelope: Envelope, kinks: list[float], varies: bool, stop:
     edges = sorted(envelope.profile.corners[corner].position for corner in corners)
     if edges and varies:
         text = (
-            f"where the wheel rests on an edge (x = {first_places(edges)} m), the contact constant is that of the smooth "
-            "surface: forces there are approximate"
+            f"where the wheel rests on an edge (x = {first_places(edges)} m), the contact constant is that of the "
+            "smooth surface: forces there are approximate"
         )
         notes.append(Note(text, "edges", len(edges)))
     return notes

@@ -203,8 +203,8 @@ def _image_note(section: Section, asked: Accuracy, length: float, image: float, 
     bays = f"set track.bays = {ceil((needed + extent) / section.spacing)}" if needed < 1e5 else "no ring is long enough"
     return Note(
         f"the track is computed as a closed ring of {length + extent:.4g} m, too short for waves of {frequency:.4g} "
-        f"Hz, which decay by {slowest:.3g} dB/m only: {100 * image:.2g} % of them come round it to the wheels again, as "
-        f"from a second train ({100 * asked.image:.2g} % are allowed); {bays}",
+        f"Hz, which decay by {slowest:.3g} dB/m only: {100 * image:.2g} % of them come round it to the wheels again, "
+        f"as from a second train ({100 * asked.image:.2g} % are allowed); {bays}",
         "length of the ring", image, doubtful=image > 0.1,
     )  # fmt: skip
 

@@ -152,9 +152,7 @@ def note_of_ends(
     said = f"forces below {cutoff:g} Hz are not read in {ends} of the run, since the filter needs what lies beyond"
     known = read[np.isfinite(read).reshape(len(read), -1).all(axis=1)]
     if not len(known):
-        return Note(
-            f"{said}, and it is no longer than that: no values are left; lengthen it", cause, 1.0, doubtful=True
-        )
+        return Note(f"{said}: nothing is left; lengthen the run", cause, 1.0, doubtful=True)
     most, least = known.max(axis=0), known.min(axis=0)
     excess = filtered.max(axis=0) - most - NEGLIGIBLE * np.abs(filtered).max()
     told, doubtful = (bool((excess > share * (most - least)).any()) for share in (LARGER, DOUBTFUL))

@@ -111,8 +111,8 @@ def guidance_with_notes(
     quotient = mean(np.where(lifted, 0.0, outwards) / np.where(lifted, 1.0, pressing))
     quotient[mean(np.where(np.isnan(pressing), np.nan, lifted)) > 0.0] = np.inf
     if np.isfinite(pressing).any() and np.isnan(quotient).all():
-        short = f"what is read of the run is shorter than the mean over {window:g} m: Y/Q and ΣY are NaN; lengthen it, or shorten `window`"
-        notes.append(Note(short, doubtful=True))
+        short = f"what is read of the run is shorter than the mean over {window:g} m: Y/Q and ΣY are NaN"
+        notes.append(Note(f"{short}; lengthen it, or shorten `window`", doubtful=True))
     flange = history.flange_t_gamma.values[begin:]
     tread = history.t_gamma.values[begin:] - flange
     wheels = ("time", "wheelset", "side")

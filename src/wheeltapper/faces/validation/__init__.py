@@ -1,0 +1,1 @@
+"""What this installation computes, beside closed forms, other programs and published figures."""
