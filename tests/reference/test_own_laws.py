@@ -267,3 +267,20 @@ def test_a_released_contact_that_presses_again_does_so_once(loss, amplitude, len
     assert len(finer.events) > 4
     assert found.events[:, 1].tolist() == finer.events[:, 1].tolist()
     assert found.events[:, 0] == pytest.approx(finer.events[:, 0], abs=1e-7, rel=0)
+
+
+@pytest.mark.parametrize("sharpness", [0.02, 0.04, 0.3])
+def test_a_wheel_at_rest_stays_at_rest_however_finely_the_rate_is_tabulated(sharpness):
+    def force(delta, rate):
+        return 1.405e11 * delta**1.5 * (1.0 + 0.2 * rate / np.sqrt(rate**2 + sharpness**2))
+
+    scene = wt.Scenario(
+        vehicle=wt.Wheelset(mass=1500, load=91_307), contact=wt.contact.Law(force, exponent=1.5), speed=0.0,
+        duration=0.2,
+    )  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the table's error
+        record = wt.simulate(scene)
+    assert record.outcome.name == "COMPLETED"
+    assert record.events.sizes["event"] == 0
+    np.testing.assert_allclose(record.at(0.2).normal_force, record.static_force, rtol=1e-9)

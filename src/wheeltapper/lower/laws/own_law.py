@@ -18,8 +18,10 @@ from wheeltapper.march.general.laws import switch, tabulated
 from wheeltapper.march.wagon.contact_laws import OWN_RULE
 
 FloatArray = NDArray[np.float64]
-FASTEST = 5.0
-"""Largest rate of the indentation that a table knows, m/s."""
+FASTEST, RATES = 5.0, (-5.0, 7.5)
+"""Largest rate of the indentation up to which a table is said to hold, and the rates between which its cells lie, m/s.
+However often they are halved, no border of theirs comes nearer to rest, 2/5 of the way, than a fifth of a cell. At rest
+the rate is zero but for rounding, and would cross a border there again and again."""
 TERMS, SEVERAL = (1, 2, 3, 5, 7, 10), 6
 """Of a cell's polynomial, in v or in the rate: numbers that are tried, fewest first, and that with several cells, of
 which each evaluation reads one."""
@@ -97,14 +99,19 @@ def flat_law(law: ForceLaw) -> tuple[FloatArray, LawTable]:
 def _work_before(law: ForceLaw, cells: FloatArray, shape: tuple[int, int, float, float, int, int]) -> FloatArray:
     """Return the work of indenting up to each cell in v at rest, J."""
     many, terms, slowest, width, bands, rate_terms = shape
-    band = min(max(int(-slowest / width), 0), bands - 1)
-    rho = 2.0 * (-slowest / width - band) - 1.0
+    band, rho = _at_rest(slowest, width)
     at_rest = cells.reshape(bands, many, terms, rate_terms)[band] @ rho ** np.arange(rate_terms)
     place, weight = np.array(OWN_RULE).T
     v = (np.arange(many)[:, None] + place) / many
     share = np.maximum(at_rest @ _powers(2.0 * place - 1.0, terms).T, 0.0)
     work = (weight * 2.0 * v * law.largest * (law.largest * v**2) ** law.exponent * share).sum(axis=1) / many
     return np.concatenate([[0.0], np.cumsum(work)[:-1]])
+
+
+def _at_rest(slowest: float, width: float) -> tuple[int, float]:
+    """Return the band in which the rate is zero, and where in it, from -1 to 1."""
+    band = int(-slowest / width)
+    return band, 2.0 * (-slowest / width - band) - 1.0
 
 
 def indentation_under(law: ForceLaw, force: float) -> float:
@@ -187,13 +194,13 @@ def _powers(places: FloatArray, terms: int) -> FloatArray:
 def _slices(law: ForceLaw, along: FloatArray, across: FloatArray, by_rate: bool) -> FloatArray:
     """Return N/δ^e at parts of the table's extent in v, or in the rate, and parts of the other one's."""
     v, rate = (across, along) if by_rate else (along, across)
-    shares = _shares(law, v, FASTEST * (2.0 * rate - 1.0) if law.takes_rate else np.zeros(1))
+    shares = _shares(law, v, RATES[0] + (RATES[1] - RATES[0]) * rate if law.takes_rate else np.zeros(1))
     return shares.T if by_rate else shares
 
 
 def _fitted(law: ForceLaw, cells: int, bands: int, terms: int, rate_terms: int) -> LawTable:
     """Return a table with some cells and bands, and polynomials of some terms."""
-    slowest, width = (-FASTEST, 2.0 * FASTEST / bands) if law.takes_rate else (0.0, 1.0)
+    slowest, width = (RATES[0], (RATES[1] - RATES[0]) / bands) if law.takes_rate else (0.0, 1.0)
     inner, across = (chebyshev.chebpts1(n) for n in (terms, rate_terms))
     check, beside = (chebyshev.chebpts1(n) for n in (CHECKS, CHECKS if law.takes_rate else 1))
     to_powers, rate_powers = (np.linalg.inv(_powers(one, len(one))) for one in (inner, across))
@@ -207,8 +214,8 @@ def _fitted(law: ForceLaw, cells: int, bands: int, terms: int, rate_terms: int) 
             rows.append(to_powers @ values @ rate_powers.T)
             found = _powers(check, terms) @ rows[-1] @ _powers(beside, rate_terms).T
             error = max(error, float(np.abs(found - exact).max() / np.abs(exact).max()))
-    centre = 2.0 * (-slowest / width - bands // 2) - 1.0
-    constant = float(_powers(-np.ones(1), terms)[0] @ rows[bands // 2 * cells] @ centre ** np.arange(rate_terms))
+    band, rho = _at_rest(slowest, width)
+    constant = float(_powers(-np.ones(1), terms)[0] @ rows[band * cells] @ rho ** np.arange(rate_terms))
     shape = cells, terms, slowest, width, bands, rate_terms
     return LawTable(np.array([row.ravel() for row in rows]), shape, error, constant)
 
