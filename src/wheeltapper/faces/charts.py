@@ -25,6 +25,8 @@ ARROWS = 12
 """Approximate number of gradient arrows along each axis."""
 INSIDE = 0.45
 """So far from the middle of an axis, over its length, numbers of level curves are not cut."""
+MOST_LEVELS, LARGEST_PART = 12, 0.25
+"""Most level curves of a map, and the largest share of its cells between two of them at equal distances."""
 MOST_TICKS = 6
 """Most intervals along a panel's axis, so that numbers of five digits have room."""
 MOST_COLUMNS = 4
@@ -218,9 +220,8 @@ def draw_map(axis: Axes, chart: xr.Dataset, name: str) -> None:
         raise InputError("", "chart", f"a map of {values.shape[1]} x {values.shape[0]} cells", "at least 2 x 2")
     known = np.isfinite(values)
     if np.count_nonzero(known) > 3 and np.ptp(values[known]) > 0.0:
-        levels = np.quantile(values[known], np.linspace(0.02, 0.98, 12))
-        curves = axis.contour(x, y, np.ma.array(values, mask=~known), levels=np.unique(levels), colors=BLUE)
-        numbers = axis.clabel(curves, fontsize=7, fmt=lambda level: f"{level:.4g}", colors="black")
+        curves = axis.contour(x, y, np.ma.array(values, mask=~known), levels=_levels(values[known]), colors=BLUE)
+        numbers = axis.clabel(curves, fontsize=7, fmt=lambda level: number_text(level, 10), colors="black")
         for number in numbers:
             number.set(zorder=6, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})
             number.set_visible(all(map(_is_inside, number.get_position(), (x, y))))
@@ -235,6 +236,28 @@ def draw_map(axis: Axes, chart: xr.Dataset, name: str) -> None:
         _draw_arrows(axis, x, y, slopes[0] * x_unit, slopes[1] * y_unit, masked)
         title += "\n" + _specificity_text(chart, name, (second, first))
     axis.set_title(title, fontsize=9)
+
+
+def _levels(values: FloatArray) -> FloatArray:
+    """Return the levels of a map's curves: round numbers at equal distances.
+
+    Where these leave a large part of the map without curves, there are about as many values between each two instead,
+    and the levels are as round as their distances allow.
+    """
+    from matplotlib.ticker import MaxNLocator
+
+    whole = bool(np.all(values % 1.0 == 0.0))
+    even = MaxNLocator(MOST_LEVELS, steps=[1, 2, 5, 10], integer=whole).tick_values(values.min(), values.max())
+    if np.histogram(values, even)[0].max() < LARGEST_PART * len(values):
+        return np.asarray(even[1:-1])
+    levels = np.unique(np.quantile(values, np.linspace(0.02, 0.98, MOST_LEVELS)))
+    if len(levels) < 2:
+        return levels
+    gaps = np.diff(levels)
+    near = np.maximum(np.minimum(np.append(gaps, np.inf), np.append(np.inf, gaps)), 0.01 * np.ptp(levels))
+    decade = 10.0 ** np.floor(np.log10(near))
+    step = decade * np.array([1.0, 2.0, 5.0])[np.searchsorted([2.0, 5.0], near / decade, side="right")]
+    return np.unique(np.round(levels / step) * step)
 
 
 def _is_inside(at: float, ends: FloatArray) -> bool:

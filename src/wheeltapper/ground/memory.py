@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable
 from math import inf
 from pathlib import Path
+from time import monotonic
 
 from wheeltapper.ground.errors import InputError
 
@@ -16,8 +17,20 @@ GROUPS = (
 """Files in which Linux states the limit of a container's memory, and its present use."""
 
 
+FRESH = 0.1
+"""Time for which what is available is not read again, s: short runs ask several times a millisecond."""
+_read = [-inf, inf]
+"""When it was read, s, and what."""
+
+
 def available_bytes() -> float:
-    """Return the available bytes; infinite if the system does not state them."""
+    """Return the available bytes, as read `FRESH` ago at most; infinite if the system does not state them."""
+    if monotonic() - _read[0] > FRESH:
+        _read[:] = monotonic(), _stated_bytes()
+    return _read[1]
+
+
+def _stated_bytes() -> float:
     left = _of_machine()
     for limit, use in GROUPS:
         try:

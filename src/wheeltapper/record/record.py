@@ -184,8 +184,8 @@ class Record(Shown):
         for the contact. Below a wagon it also has the side of the sleeper. Events of wheels have the seat -1.
         """
         held = dict(self._events)
-        rate, place = held.pop("indentation_rate"), self._contacts.position
-        held["position"] = self.scenario.speed * held["time"] + place[held["contact"] % len(place)]
+        rate = held.pop("indentation_rate")
+        held["position"] = self._positions(held["time"], held["contact"])
         held["indentation_rate"] = rate
         if self._seat_events is not None:
             held["seat"] = np.full(len(rate), NO_SEAT)
@@ -195,6 +195,11 @@ class Record(Shown):
             held = {name: np.append(values, seated[name])[order] for name, values in held.items()}
         return self._public_table("event", held | {"kind": np.array(EVENT_KINDS)[held["kind"]]})
 
+    def _positions(self, time: FloatArray, contact: Any) -> FloatArray:
+        """Return where wheels are along the rail at some times; `contact` is a number, or one for each time."""
+        place = self._contacts.position
+        return np.asarray(self.scenario.speed * time + place[contact % len(place)])
+
     @cached_property
     def peaks(self) -> xr.Dataset:
         """Maxima of the contact force; `corner` is True if a kink of the input causes the maximum."""
@@ -202,12 +207,12 @@ class Record(Shown):
 
     @cached_property
     def impacts(self) -> xr.Dataset:
-        """Impacts: closing speed, largest force until the next impact, duration, impulse, interval to the next impact.
+        """Impacts: time, position, closing speed, largest force until the next impact, duration, impulse, interval.
 
-        `interval` is the time from this onset of contact to the next. `force_ratio` is the ratio of this impact's
-        largest force to that of the next one (r_N of the paper). Both are NaN if there is no next impact. `duration`
-        and `impulse` are NaN if the contact lasts beyond the end of the run. If there are several contacts, the next
-        impact is that of the same contact.
+        `position` is that of the wheel's centre along the rail. `interval` is the time from this onset of contact to
+        the next. `force_ratio` is the ratio of this impact's largest force to that of the next one (r_N of the paper).
+        Both are NaN if there is no next impact. `duration` and `impulse` are NaN if the contact lasts beyond the end of
+        the run. If there are several contacts, the next impact is that of the same contact.
         """
         each = [self._impacts_of(contact) for contact in range(len(self._contacts.lanes))]
         columns = {name: np.concatenate([one[name] for one in each]) for name in each[0]}
@@ -231,6 +236,7 @@ class Record(Shown):
         return {
             "contact": np.full(count, contact),
             "time": time,
+            "position": self._positions(time, contact),
             "closing_speed": events["indentation_rate"][hits],
             "peak_force": largest,
             "duration": ends - time,

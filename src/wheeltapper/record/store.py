@@ -20,8 +20,8 @@ from wheeltapper.march import run
 from wheeltapper.march.common.kept import UNDAMAGED, rising, table
 from wheeltapper.record.again import WITNESSES, marched_again
 from wheeltapper.record.files.checksum import CHECKSUM, is_damaged
-from wheeltapper.record.files.filled import load_filled
-from wheeltapper.record.files.stored import FORMAT, method_of, notes, status_of, version_of
+from wheeltapper.record.files.filled import KINDS, load_filled
+from wheeltapper.record.files.stored import FORMAT, check_format, method_of, notes, status_of, version_of
 from wheeltapper.record.labels import BRANCH_TITLE, WEAR_TITLE
 from wheeltapper.record.own_law import law_again
 from wheeltapper.record.record import Record
@@ -40,7 +40,7 @@ def load(path: str | Path, *, law: Callable[..., Any] | None = None, largest: fl
     """Load a file by its suffix.
 
     .toml is a `Scenario` or a `Site`, .nc a record, a wear (which `wear_in` keeps) or a branch (of the command
-    `orbits`), .zarr a chart or a data set.
+    `orbits`), .zarr a chart or a data set. A chart or a data set that ``to_netcdf`` of xarray wrote is a .nc, too.
 
     Parameters
     ----------
@@ -90,6 +90,10 @@ def _load_record(path: Path, law: Any, largest: float) -> Any:
         return check_wear(data)
     if data.attrs.get("title") == BRANCH_TITLE:
         return check_branch(data)
+    filled = KINDS.get(str(data.attrs.get("title")))
+    if filled is not None:
+        check_format(data.attrs.get("format", 0), filled.format)
+        return data
     if data.attrs.get("format") is None or "march_events" not in data:
         raise InputError("", "", "a file that wheeltapper did not write", RECORD)
     version, scenario, method = version_of(data), _scenario_of(data, law), method_of(data)

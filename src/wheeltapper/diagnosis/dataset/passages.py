@@ -23,6 +23,7 @@ from wheeltapper.ground.outcome import Outcome
 from wheeltapper.record.record import Record
 from wheeltapper.record.recordings.simulated import recordings
 from wheeltapper.record.simulate import simulated_quietly
+from wheeltapper.record.trains.of_record import trains_of
 
 FloatArray = NDArray[np.float64]
 
@@ -87,7 +88,9 @@ def passage_of(plan: DatasetPlan, number: int) -> Passage:
             status = STATUS.index(record.outcome.name.lower())
             break
         _add_readings(readings, record, sensors, late, _seed(plan, number, f"noise {i}"))
-        features[:, i] = np.reshape([feature._of_record(record)[0] for feature in plan.labels], (-1, wheels))
+        trains = trains_of(record, any(feature.tally for feature in plan.labels))
+        for row, feature in zip(features, plan.labels, strict=True):
+            row[i] = np.ravel(record._per_wheel(feature._of_trains(trains), {}))
     if status != COMPLETE:
         features[:], readings = np.nan, {}
     for name in readings:

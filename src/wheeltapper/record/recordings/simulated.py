@@ -249,7 +249,7 @@ class _SeenBy:
         if DECK not in self._run.record.scenario.needs:
             kind = type(self._run.record.scenario.track).__name__
             raise InputError("", "kind", f"{self._sensor.kind!r} on a {kind}", "sensors along the track")
-        return np.asarray(self._run.record.at(times).deck_acceleration)
+        return np.asarray(self._run.record._variables_at(times)["deck_acceleration"][1])
 
     def axle_box_acceleration(self, wheelset: int) -> FloatArray:
         """Return a wheelset's acceleration at its axle box on the sensor's side, m/s² upwards, (times,)."""
