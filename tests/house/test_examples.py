@@ -56,7 +56,7 @@ SCRIPTS = {
 }
 
 
-LONG = ("bouncing_for_ever.py", "rough_rail.py", "week_of_traffic.py")
+LONG = ("bouncing_for_ever.py", "freight_wagon.py", "rough_rail.py", "week_of_traffic.py")
 """Scripts that take more than five seconds: the documentation runs them; `.ci/run --all` compares their numbers."""
 # Study: a feature, and its mean over the cells.
 STUDIES = {

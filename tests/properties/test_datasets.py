@@ -195,6 +195,7 @@ def test_an_interrupted_data_set_goes_on_with_the_same_bits(tmp_path, monkeypatc
 
 
 @pytest.mark.slow
+@pytest.mark.whole
 def test_killed_workers_lose_no_bit(tmp_path):
     told = ["dataset", str(EXAMPLE), "--count", "60", "--output"]
     assert main([*told, str(tmp_path / "whole.zarr")]) == 0

@@ -67,7 +67,7 @@ def border(
     -------
     xarray.Dataset
         Over dimension "point": both fields, `line` (the number of the curve; its points in order) and `margin` (m, the
-        remaining margin, zero up to the accuracy).
+        remaining margin, zero up to the accuracy, except where a new loss comes before earlier ones).
 
     Raises
     ------
