@@ -224,6 +224,16 @@ def test_a_record_goes_to_another_process_and_answers_there(name):
     assert again.history(2000.0).identical(record.history(2000.0))
 
 
+@pytest.mark.parametrize("name", ["deck", "marks of a wheel before", "coach that yields"])
+def test_impacts_are_where_the_table_of_events_has_them(name):
+    record = wt.simulate(KEPT[name])
+    hits = record.events.isel(event=record.events.kind.values == "impact")
+    assert hits.sizes["event"] > 0
+    for column in ("time", "position", *record.impacts.coords):
+        np.testing.assert_array_equal(record.impacts[column], hits[column])
+        assert record.impacts[column].attrs == record.events[column].attrs
+
+
 def surface(path):
     x = np.linspace(0.0, 1.0, 201)
     np.savetxt(path, np.column_stack([x, 1e-4 * np.sin(9.0 * x) ** 2]))

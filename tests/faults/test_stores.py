@@ -102,6 +102,20 @@ def test_samples_and_zipped_lists_go_to_stores_too(tmp_path):
         assert {"vehicle.mass", "speed"} <= set(held.variables)
 
 
+def test_a_chart_that_xarray_saved_is_loaded_and_one_of_a_newer_format_refused(tmp_path):
+    (tmp_path / "bump.toml").write_text(SCENARIO)
+    scene = wt.Scenario.from_toml(tmp_path / "bump.toml")
+    over = {"vehicle.damping": [4e4, 5e4, 6e4], "vehicle.mass": [1400.0, 1500.0]}
+    chart = wt.sweep(scene, over, ["impact_interval"], gradient=True)
+    chart.to_netcdf(tmp_path / "map.nc")
+    held = wt.load(tmp_path / "map.nc")
+    xr.testing.assert_identical(held, chart)
+    assert wt.plot(held).axes[0].get_xlabel() == wt.plot(chart).axes[0].get_xlabel()
+    chart.assign_attrs(format=chart.attrs["format"] + 1).to_netcdf(tmp_path / "newer.nc")
+    with pytest.raises(wt.InputError, match=r"newer\.nc: format: found 3; allowed: at most 2"):
+        wt.load(tmp_path / "newer.nc")
+
+
 def test_a_store_that_was_stopped_anywhere_goes_on_to_the_same_bits(tmp_path, monkeypatch):
     study = written(tmp_path)
     whole, broken = tmp_path / "whole.zarr", tmp_path / "broken.zarr"

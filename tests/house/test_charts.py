@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import wheeltapper as wt
 from tests.scenes import BUMP
@@ -20,6 +21,25 @@ def test_a_map_has_level_curves_arrows_and_its_specificity():
     (arrows,) = [artist for artist in axis.collections if type(artist).__name__ == "Quiver"]
     assert np.all(np.abs(arrows.V) > np.abs(arrows.U))  # nearly along the axis of the mass
     assert len(wt.plot(chart).axes) == 2
+
+
+@pytest.mark.parametrize(
+    ("shape", "levels"),
+    [
+        (lambda x: 350.7 + 60.0 * x, np.arange(355.0, 411.0, 5.0)),
+        (lambda x: 1e-3 * x, np.arange(1.0, 9.5) * 1e-4),
+        (lambda x: np.round(9.0 * x), np.arange(1.0, 9.0)),
+        (lambda x: 350.0 + 60.0 * x**8, [350.0, 350.5, 352.0, 354.0, 360.0, 370.0, 400.0]),  # most of it is flat
+        (lambda x: 1.0 * (x > 0.5), [0.0, 1.0]),
+        (lambda x: 1.0 * (x == 1.0), [0.0]),
+    ],
+)
+def test_level_curves_have_round_numbers(shape, levels):
+    values = shape(np.linspace(0.0, 1.0, 900)).reshape(30, 30)
+    held = {"speed": np.linspace(8.0, 10.0, 30), "load": np.linspace(1.0, 2.0, 30)}
+    chart = xr.Dataset({"force": (("speed", "load"), values)}, held, {"title": "wheeltapper chart"})
+    (curves,) = wt.plot(chart).axes[0].collections
+    np.testing.assert_allclose(curves.levels, levels, atol=1e-12)
 
 
 def test_an_axis_counts_from_the_scenarios_value_however_its_path_names_it():

@@ -66,6 +66,17 @@ def name(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
+def test_lines_of_pages_are_no_longer_than_those_of_code() -> None:
+    written = [page for page in PAGES if page.suffix == ".rst" and page.name not in ("paper.rst", "abilities.rst")]
+    long = {
+        f"{page.relative_to(ROOT)}:{number}"
+        for page in written
+        for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1)
+        if len(line) > 120 and not line.startswith(".. math::")
+    }
+    assert long == set()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "page",

@@ -19,6 +19,7 @@ from wheeltapper.faces.faults import reference_passage
 from wheeltapper.faces.interactive import interactive_figure
 from wheeltapper.faces.plane import integrated
 
+from ..registering import undone
 from .test_charts import BUMP, OVER, PAIR
 
 ENDS = {"name": "damper 1", "between": ("car body", "bogie 1"), "at": (0.0, 0.0, 1.0)}
@@ -62,7 +63,7 @@ NOUNS |= {
 
 def test_every_name_in_the_list_of_drawers_is_a_function():
     for drawer in [*KINDS.values(), *TITLES.values(), *(one for _, one in HELD)]:
-        for name in filter(None, drawer):
+        for name in filter(None, (drawer.one, drawer.several)):
             module, _, function = name.rpartition(".")
             assert callable(getattr(import_module(f"wheeltapper.faces.{module}"), function)), name
     for kind in KINDS:
@@ -133,6 +134,24 @@ def test_a_law_of_contact_shows_its_force():
     figure = wt.plot([own, wt.Linear(stiffness=1e9), wt.Hertz(constant=1.405e11)])
     assert flaws(figure) == []
     assert len(figure.axes[0].get_lines()) == 3
+
+
+def test_own_laws_are_named_by_their_classes_and_lines_of_rates_by_the_rates():
+    with undone():
+
+        class Polymer(wt.contact.ForceLaw):
+            def force(self, delta, rate):
+                return 1.4e11 * delta**1.5 * (1.0 + 0.4 * rate)
+
+        figure = wt.plot([Polymer(), wt.Hertz(constant=1.4e11), wt.contact.Thornton(constant=1.4e11)])
+        assert flaws(figure) == []
+        assert wt.plot(Polymer()).get_suptitle() == "contact law: Polymer"
+    named = {text.get_text(): handle.get_linestyle() for text, handle in zip(
+        figure.axes[0].get_legend().get_texts(), figure.axes[0].get_legend().get_lines(), strict=True)}  # fmt: skip
+    assert named == {
+        "1: Polymer": "-", "2: Hertz": "-", "3: Thornton": "-", "at a rate of -0.2 m/s": ":",
+        "at a rate of 0.2 m/s or unloading": "--",
+    }  # fmt: skip
 
 
 def test_creep_laws_begin_with_the_linear_theory_and_end_at_the_limit_of_friction():
@@ -275,6 +294,24 @@ def test_what_recordings_say_of_fields_and_trains():
     assert "axle 2" in train._repr_html_()
     estimate = train.findings[1].estimate
     assert flaws(estimate.plot()) == []
+
+
+def test_a_train_marks_wheels_that_strike_and_recordings_are_named_by_their_channels():
+    site, file = wt.load("examples/detector.toml"), "examples/data/passages/2026-11-02T08-12_id=4711.csv.gz"
+    channels = wt.diagnosis.read_channels(file, site)
+    figure = wt.plot(channels)
+    assert [axis.get_title(loc="left") for axis in figure.axes] == [f"{one.name}: force" for one in site.sensors]
+    assert figure.get_suptitle() == "6 recordings: 2026-11-02T08-12 id=4711.csv.gz"
+    assert wt.plot(list(channels.values())).axes[1].get_title(loc="left").startswith("2: force, examples/data/passages")
+    (train,) = wt.diagnosis.measure_trains(channels, site)
+    (struck,) = (row for row in train.table() if row["strikes"])
+    figure = train.plot()
+    assert flaws(figure) == flaws(wt.plot([train, train])) == []
+    assert figure.get_suptitle() == "12 axles, 1 wheel strikes, 0 alarms"
+    (star,) = (line for line in figure.axes[0].get_lines() if line.get_label() == "hardest strike")
+    assert star.get_xydata().tolist() == [[pytest.approx(struck["axle"] + 0.2), struck["strike_kn"]]]
+    ratios = [row["dynamic_ratio"] for row in train.table()]
+    assert figure.axes[1].get_ylim() == (0.0, pytest.approx(1.1 * max(ratios)))  # so that no dot is cut
 
 
 def test_a_number_has_no_picture():

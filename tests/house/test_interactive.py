@@ -45,7 +45,7 @@ def test_maps_tracks_and_vehicles_become_interactive():
     coach = wt.plot(wt.Wagon.erri_b176(), interactive=True)
     below = [note.text for note in coach.layout.annotations if note.yshift]
     assert below
-    assert "1: " in below[0]
+    assert "1  " in below[0]
 
 
 def test_without_plotly_one_line_says_what_to_install(monkeypatch, tmp_path):

@@ -147,13 +147,34 @@ def test_a_wagon_shows_its_bodies_to_scale_and_names_all_elements():
     assert boxes[0].width == pytest.approx(np.sqrt(6 * (2 * 1.97e6 - 56_800) / 32e3), rel=1e-9)
     assert {round(box.width, 6) for box in boxes if box.y0 < 1e-9} == {0.92}  # wheels stand on the rail
     (named,) = figure.legends
-    assert {mark.get_markeredgewidth() for mark in named.legend_handles} == {0.0}  # an edge smears digits
-    said = ", ".join(text.get_text() for text in named.get_texts())
+    numbers, names = zip(*(text.get_text().split("  ") for text in named.get_texts()), strict=True)
+    assert numbers == tuple(str(number) for number in range(1, len(names) + 1))
+    assert figure.axes[2].get_title(loc="left") == "plan"
+    below = wt.plot(coach, interactive=True).layout.annotations[-1].text
+    assert below.startswith("1  primary spring 1 left, primary damper 1 left<br>2  ")
+    said = ", ".join(names)
     assert sorted(said.split(", ")) == sorted(element.name for element in coach.elements)
     alone = wt.Wagon(bodies=(), axles=coach.axles[:1])
     assert flaws(wt.plot(alone)) == []
     assert len(wt.plot(wt.vehicles.ErriB176()).axes) == 3
     assert len(wt.plot(wt.Wheelset(mass=1500)).axes) == 3
+
+
+def test_a_plan_leaves_out_numbers_that_have_no_room_and_says_how_many():
+    coach = wt.Wagon.erri_b176()
+    more = [
+        wt.vehicles.Spring(name=f"more {k}", between=("car body", "bogie 1"), at=(-1.3 + 0.05 * k, 0.5, 0.7),
+                           stiffness=(1e3, 1e3, 1e3)) for k in range(100)
+    ]  # fmt: skip
+    figure = wt.plot(wt.Wagon(bodies=coach.bodies, axles=coach.axles, elements=(*coach.elements, *more)))
+    assert flaws(figure) == []
+    plan = figure.axes[2]
+    shown = [text for text in plan.texts if text.get_visible()]
+    boxes = [text.get_window_extent() for text in shown]
+    assert not any(one.overlaps(other) for i, one in enumerate(boxes) for other in boxes[:i])
+    left_out = 18 + 100 - sum(len(text.get_text().split(", ")) for text in shown)
+    assert plan.get_title(loc="left") == f"plan; no room for {left_out} of the list's numbers"
+    assert 0 < left_out < 100
 
 
 @pytest.mark.slow
@@ -266,6 +287,27 @@ def test_several_borders_share_one_plane_and_differ_in_their_lines():
     other = wt.orbits.trace(orbit, branch.isel(special=folds[0]), {"vehicle.damping": [2e4]})
     with pytest.raises(wt.InputError, match="same two fields"):
         wt.plot([curves[0], other])
+
+
+def test_rising_and_falling_ramps_and_diagrams_and_several_branches_share_one_picture():
+    up, down = (
+        wt.orbits.returns(CORRUGATED, {"speed": np.linspace(5.0, 8.0, 7)}, 100, 5, carry) for carry in ("up", "down")
+    )
+    rise, fall = (wt.orbits.ramp(CORRUGATED, {"speed": ends}, 0.01) for ends in ((5.0, 6.0), (6.0, 5.0)))
+    branch = wt.orbits.follow(wt.orbits.find(CORRUGATED), {"speed": (4.5, 5.5)})
+    for several, names in (([up, down], ["up", "down"]), ([rise, fall], ["rising", "falling"])):
+        figure = wt.plot(several)
+        assert flaws(figure) == []
+        assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == names
+        for line, one in zip(figure.axes[-1].get_lines(), several, strict=True):
+            np.testing.assert_allclose(line.get_ydata(), one.largest_force.values.ravel() / one.static_force)
+    assert [line.get_label() for line in wt.plot([rise, rise]).axes[0].get_lines()] == ["1: rising", "2: rising"]
+    figure = wt.plot({"one wave": branch, "again": branch})
+    assert all(flaw.endswith("points") for flaw in flaws(figure))  # of so short a branch
+    assert {"one wave", "again"} <= {text.get_text() for text in figure.axes[0].get_legend().get_texts()}
+    other = wt.orbits.ramp(CORRUGATED, {"vehicle.mass": (1500.0, 1510.0)}, 1.0)
+    with pytest.raises(wt.InputError, match=r"what: found orbits over different fields: speed, vehicle\.mass"):
+        wt.plot([rise, other])
 
 
 SHAPES = {kind.__name__: kind(**kind.example) for kind in makeable_nouns(Irregularity)}

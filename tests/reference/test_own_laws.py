@@ -130,8 +130,11 @@ def test_what_is_no_law_is_refused(force, fields, message):
 def test_what_no_table_can_hold_is_refused():
     with pytest.raises(wt.InputError, match=r"grows as the power 1\.2 near zero"):
         tabulated_law(wt.contact.Law(power))
-    with pytest.raises(wt.InputError, match="its table misses by"):
+    smooth = r"its table misses by .*allowed: one of which N/δ\^1\.5 \(`exponent`\) is smooth from 0 to `largest`"
+    with pytest.raises(wt.InputError, match=f"{smooth}$"):
         tabulated_law(wt.contact.Law(lambda delta: np.where(delta < 3.1e-4, 1.0, 1.7) * hertz(delta)))
+    with pytest.raises(wt.InputError, match=f"{smooth}, at every rate$"):
+        tabulated_law(wt.contact.Law(lambda delta, rate: C * delta**1.5 + 1e5 * delta**0.25 * rate))
 
 
 def test_beyond_its_rates_a_table_goes_on_straight():

@@ -16,10 +16,14 @@ Draw = Callable[..., "Figure"]
 
 
 class Drawer(NamedTuple):
-    """The functions that draw one thing, and several of a kind together, as "module.function" of this room."""
+    """The functions that draw one thing, and several of a kind together, as "module.function" of this room.
+
+    `named`: whether the latter also takes the names that several have in a dictionary.
+    """
 
     one: str
     several: str = ""
+    named: bool = False
 
 
 KINDS = {
@@ -64,21 +68,21 @@ KINDS = {
     "record.limits.comparison.LimitCheck": Drawer("joints.draw_limits"),
     "record.limits.rule.Rule": Drawer("joints.draw_rule"),
     "record.record.Record": Drawer("records.draw_record", "results.draw_records"),
-    "record.recordings.recording.Recording": Drawer("results.draw_recording", "results.draw_recordings"),
+    "record.recordings.recording.Recording": Drawer("results.draw_recording", "results.draw_recordings", named=True),
 }
 """By the class, or one that it is made of."""
 TITLES = {
     "wheeltapper border": Drawer("charts.draw_border_alone"),
-    "wheeltapper branch": Drawer("orbits.draw_branch"),
+    "wheeltapper branch": Drawer("orbits.draw_branch", "orbits.draw_branches", named=True),
     "wheeltapper chart": Drawer("charts.draw_chart_of_all"),
     "wheeltapper decay rate": Drawer("tracks.draw_decay"),
     "wheeltapper fates": Drawer("orbits.draw_fates"),
     "wheeltapper imitation": Drawer("findings.draw_imitation"),
     "wheeltapper joint": Drawer("joints.draw_joint"),
     "wheeltapper pinned-pinned frequency": Drawer("tracks.draw_pinned"),
-    "wheeltapper ramp": Drawer("orbits.draw_ramp"),
+    "wheeltapper ramp": Drawer("orbits.draw_ramp", "orbits.draw_ramps", named=True),
     "wheeltapper receptance": Drawer("tracks.draw_receptance"),
-    "wheeltapper returns": Drawer("orbits.draw_returns"),
+    "wheeltapper returns": Drawer("orbits.draw_returns", "orbits.draw_several_returns", named=True),
     "wheeltapper static deflection": Drawer("tracks.draw_static"),
     "wheeltapper trace": Drawer("orbits.draw_trace", "orbits.draw_traces"),
     "wheeltapper wear": Drawer("wear.draw_wear"),
@@ -114,11 +118,11 @@ def drawer_of(what: Any) -> Draw:
     found = _drawer_of_one(what)
     if found is not None:
         return _function(found.one)
-    if isinstance(what, dict):
-        what = list(what.values())
-    if isinstance(what, list | tuple):
-        draw = _function(_drawer_of_several(what).several)
-        return lambda _: draw(what)  # a dictionary's values, where it was one
+    names, items = (list(what), list(what.values())) if isinstance(what, dict) else ((), what)
+    if isinstance(items, list | tuple):
+        drawer = _drawer_of_several(items)
+        draw, known = _function(drawer.several), {"names": names} if names and drawer.named else {}
+        return lambda _: draw(items, **known)
     raise InputError("", "what", value_text(what), ALLOWED)
 
 
@@ -134,8 +138,8 @@ def _drawer_of_several(what: Any) -> Drawer:
     for number, drawer in enumerate(found):
         if drawer is None or not drawer.several or drawer != found[0]:
             kinds = (
-                "Records, Recordings, trains, neighbours, laws of contact or creep, modes at rising speeds, or borders "
-                "of orbits"
+                "Records, Recordings, trains, neighbours, laws of contact or creep, modes at rising speeds, or "
+                "branches, diagrams, ramps or borders of orbits"
             )
             raise InputError("", f"what.{number}", value_text(what[number]), f"in a list several of a kind: {kinds}")
     assert found[0] is not None

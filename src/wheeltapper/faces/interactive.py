@@ -111,7 +111,8 @@ def page_of(figure: Any, title: str) -> str:
 def _legend_below(legend: Any) -> dict[str, Any]:
     """Return the words of a figure's own legend, with its marks, as an annotation below all panels."""
     marks = [str(getattr(handle, "get_marker", lambda: "")()).strip("$") for handle in legend.legend_handles]
-    lines = [f"{mark}: {text.get_text()}" for mark, text in zip(marks, legend.get_texts(), strict=True)]
+    both = zip(marks, legend.get_texts(), strict=True)
+    lines = [text.get_text() if mark in ("", "None") else f"{mark}: {text.get_text()}" for mark, text in both]
     return {
         "text": "<br>".join(lines), "xref": "paper", "yref": "paper", "x": 0.0, "y": 0.0, "yshift": -40,
         "xanchor": "left", "yanchor": "top", "align": "left", "showarrow": False, "font": {"size": 10},

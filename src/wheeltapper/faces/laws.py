@@ -13,6 +13,7 @@ from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.contact.force_law import ForceLaw
 from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.creep.base import CreepLaw
 from wheeltapper.describe.creep.fastsim import Fastsim
@@ -140,12 +141,15 @@ def draw_force_of_contact(axis: Axes, law: Contact, per_wheel: bool = False) -> 
 def draw_contacts(laws: Sequence[Contact]) -> Figure:
     """Draw the forces of several laws over each other."""
     figure, (axis,) = _of_several(laws)
+    others: dict[str, list[str]] = {}  # what lines that are not solid stand for, by their style
     for number, law in enumerate(laws):
-        for i, curve in enumerate(curves_of(law)):
-            axis.plot(
-                1e6 * curve.x, curve.force / 1e3, curve.line, color=COLOURS[number],
-                label=None if i else f"{number + 1}: {_name(law)}",
-            )  # fmt: skip
+        for curve in curves_of(law):
+            label = f"{number + 1}: {_name(law)}" if curve.line == "-" else None
+            axis.plot(1e6 * curve.x, curve.force / 1e3, curve.line, color=COLOURS[number], label=label)
+            if curve.line != "-" and curve.label and curve.label not in others.setdefault(curve.line, []):
+                others[curve.line].append(curve.label)
+    for line, labels in others.items():
+        axis.plot([], [], line, color="0.5", label=" or ".join(labels))
     axis.set(xlabel="indentation [µm]", ylabel="normal force of a wheelset [kN]")
     legend_above(axis, 4)
     figure.suptitle(f"{len(laws)} contact laws", x=0.02, ha="left")
@@ -159,7 +163,9 @@ def _of_several(laws: Sequence[Any]) -> tuple[Figure, Any]:
 
 
 def _name(law: Any) -> str:
-    return str(getattr(getattr(law, "force", None), "__name__", type(law).__name__)).replace("_", " ").strip("<>")
+    """Return the name of a law's class, or of the function that a `Law` holds."""
+    held = law.force if isinstance(law, Law) else None
+    return str(getattr(held, "__name__", type(law).__name__)).replace("_", " ").strip("<>")
 
 
 # -- creep ------------------------------------------------------------------------------------------------------------

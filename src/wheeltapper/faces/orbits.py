@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.faces.panels import BLUE, GREEN, RED, in_unit, legend_above, with_unit, words
+from wheeltapper.faces.panels import BLUE, COLOURS, GREEN, RED, in_unit, legend_above, with_unit, words
 from wheeltapper.ground.errors import InputError
 
 if TYPE_CHECKING:
@@ -40,46 +40,81 @@ def _over_static(data: xr.Dataset) -> NDArray[Any]:
 
 def draw_branch(branch: xr.Dataset) -> Figure:
     """Draw the largest force and the largest multiplier along a branch, with its special points."""
+    return draw_branches([branch])
+
+
+def draw_branches(branches: Sequence[xr.Dataset], names: Sequence[str] = ()) -> Figure:
+    """Draw the largest forces and the largest multipliers along branches over the same field."""
     from matplotlib.figure import Figure
 
+    path, factor, label = _field_of_all(branches, [str(one.attrs["parameter"]) for one in branches])
     figure = Figure(figsize=(8.0, 7.0))
     force, multiplier = figure.subplots(2, 1, sharex=True)
-    path = branch.attrs["parameter"]
-    x, label = _shown(branch, path)
-    factor = x[0] / float(branch[path][0])
-    sizes = np.hypot(branch.multiplier_real, branch.multiplier_imag).max("multiplier").values
-    special, after, kinds = (branch[name].values for name in ("parameter", "after", "kind"))
-    along = np.insert(x, after + 1, factor * special)
-    is_special = np.insert(np.zeros(len(x), dtype=bool), after + 1, np.ones(len(after), dtype=bool))
-    stable = np.insert(branch.stable.values, after + 1, np.ones(len(after), dtype=bool))
-    for axis, values in ((force, _over_static(branch)), (multiplier, sizes)):
-        heights = np.array([_between(values, int(i)) for i in after])
-        if axis is multiplier:
-            heights[kinds != "grazing"] = 1.0  # by what these are
-        _draw_stability(axis, along, np.insert(values, after + 1, heights), stable, is_special)
-        for name, (shape, colour) in MARKS.items():
-            at = kinds == name
-            if at.any():
-                axis.plot(factor * special[at], heights[at], shape, color=colour, markersize=5, label=name)
+    called = _called(names, ["branch"] * len(branches))
+    top = 0.0
+    marked: set[str] = set()
+    for branch, name, colour in zip(branches, called, COLOURS, strict=False):
+        labels = ("stable", "unstable") if len(branches) == 1 else (name, "")
+        x, sizes = factor * branch[path].values, _sizes(branch)
+        top = max(top, float(sizes.max()))
+        special, after, kinds = (branch[name].values for name in ("parameter", "after", "kind"))
+        along = np.insert(x, after + 1, factor * special)
+        is_special = np.insert(np.zeros(len(x), dtype=bool), after + 1, np.ones(len(after), dtype=bool))
+        stable = np.insert(branch.stable.values, after + 1, np.ones(len(after), dtype=bool))
+        for axis, values in ((force, _over_static(branch)), (multiplier, sizes)):
+            heights = np.array([_between(values, int(i)) for i in after])
+            if axis is multiplier:
+                heights[kinds != "grazing"] = 1.0  # by what these are
+            _draw_stability(axis, along, np.insert(values, after + 1, heights), stable, is_special, colour, labels)
+            for kind, (shape, mark) in MARKS.items():
+                at = kinds == kind
+                if at.any():
+                    once = None if axis is force and kind in marked else kind
+                    axis.plot(factor * special[at], heights[at], shape, color=mark, markersize=5, label=once)
+                    marked.add(kind)
     force.set_ylabel("largest force over static")
     multiplier.set(ylabel="largest modulus of a multiplier", xlabel=label)
     multiplier.axhline(1.0, color="0.5", linewidth=0.8)
-    multiplier.set_ylim(0.0, min(3.0, 1.05 * sizes.max()))
-    legend_above(force, columns=6)
+    multiplier.set_ylim(0.0, min(3.0, 1.05 * top))
+    legend_above(force, columns=6 if len(branches) == 1 else 4)
+    if len(branches) > 1:
+        figure.suptitle(f"{len(branches)} branches; dotted: unstable", x=0.02, ha="left")
     return figure
 
 
+def _sizes(branch: xr.Dataset) -> NDArray[Any]:
+    """Return the largest modulus of a multiplier along a branch."""
+    return np.asarray(np.hypot(branch.multiplier_real, branch.multiplier_imag).max("multiplier").values)
+
+
+def _field_of_all(several: Sequence[xr.Dataset], paths: Sequence[str]) -> tuple[str, float, str]:
+    """Return the field over which all are, the factor of a unit in which it reads well, and its label."""
+    if len(several) > len(COLOURS):
+        raise InputError("", "what", f"a list of {len(several)}", f"1 to {len(COLOURS)}")
+    if len(set(paths)) > 1:
+        raise InputError("", "what", f"orbits over different fields: {', '.join(dict.fromkeys(paths))}", "one field")
+    return paths[0], *_unit_of_all(several, paths[0])
+
+
+def _called(names: Sequence[str], own: Sequence[str]) -> list[str]:
+    """Return the names that several were given, or else their own, with a number where these are alike."""
+    if names:
+        return [*map(str, names)]
+    return [*own] if len(set(own)) == len(own) else [f"{number}: {name}" for number, name in enumerate(own, 1)]
+
+
 def _draw_stability(
-    axis: Axes, x: NDArray[Any], values: NDArray[Any], stable: NDArray[np.bool_], is_special: NDArray[np.bool_]
+    axis: Axes, x: NDArray[Any], values: NDArray[Any], stable: NDArray[np.bool_], is_special: NDArray[np.bool_],
+    colour: str, labels: tuple[str, str],
 ) -> None:  # fmt: skip
     """Draw a line that is dotted between points of which one is unstable; special points belong to both sides."""
     between = stable[:-1] & stable[1:] & ~(is_special[:-1] & is_special[1:])
-    for kind, line, name in ((True, "-", "stable"), (False, ":", "unstable")):
+    for kind, line, name in ((True, "-", labels[0]), (False, ":", labels[1])):
         chosen = between == kind
         drawn = np.append(chosen, False) | np.insert(chosen, 0, False)
         ends = np.flatnonzero(drawn[:-1] & drawn[1:] & ~chosen) + 1  # both points belong to other parts of the line
         both = (np.insert(np.where(drawn, one, np.nan), ends, np.nan) for one in (x, values))
-        axis.plot(*both, line, color=BLUE, label=name)
+        axis.plot(*both, line, color=colour, label=name or None)
 
 
 def _between(values: NDArray[Any], after: int) -> float:
@@ -89,17 +124,27 @@ def _between(values: NDArray[Any], after: int) -> float:
 
 def draw_returns(diagram: xr.Dataset) -> Figure:
     """Draw where the wheel is at phase zero, and the largest force, wave after wave, over one field."""
+    return draw_several_returns([diagram])
+
+
+def draw_several_returns(diagrams: Sequence[xr.Dataset], names: Sequence[str] = ()) -> Figure:
+    """Draw diagrams over the same field over each other, such as those that were carried up and down."""
     from matplotlib.figure import Figure
 
-    path = _only_field(diagram, diagram.displacement.dims[:-1])
+    fields = [_only_field(diagram, diagram.displacement.dims[:-1]) for diagram in diagrams]
+    path, factor, label = _field_of_all(diagrams, fields)
     figure = Figure(figsize=(8.0, 7.0))
     place, force = figure.subplots(2, 1, sharex=True)
-    x, label = _shown(diagram, path)
-    each = np.repeat(x, diagram.sizes["return"])
-    place.plot(each, 1e6 * diagram.displacement.values.ravel(), **DOT)
+    called = _called(names, [str(diagram.attrs.get("carry", "returns")) for diagram in diagrams])
+    for number, (diagram, name) in enumerate(zip(diagrams, called, strict=True)):
+        each = np.repeat(factor * diagram[path].values, diagram.sizes["return"])
+        dot = DOT | {"color": COLOURS[number], "markersize": 2 + 2 * (len(diagrams) - 1 - number)}
+        place.plot(each, 1e6 * diagram.displacement.values.ravel(), **dot, label=name)
+        force.plot(each, _over_static(diagram).ravel(), **dot)
     place.set_ylabel("displacement at phase zero [µm]")
-    force.plot(each, _over_static(diagram).ravel(), **DOT)
     force.set(ylabel="largest force in a wave over static", xlabel=label)
+    if len(diagrams) > 1:
+        legend_above(place)
     return figure
 
 
@@ -167,13 +212,22 @@ def _draw_basin(
 
 def draw_ramp(ramp: xr.Dataset) -> Figure:
     """Draw the largest force in each wave while a field changes slowly."""
+    return draw_ramps([ramp])
+
+
+def draw_ramps(ramps: Sequence[xr.Dataset], names: Sequence[str] = ()) -> Figure:
+    """Draw the largest forces of ramps of the same field over each other, such as a rising and a falling one."""
     from matplotlib.figure import Figure
 
+    path, factor, label = _field_of_all(ramps, [str(ramp.attrs["parameter"]) for ramp in ramps])
     figure = Figure(figsize=(8.0, 4.0))
     axis = figure.subplots()
-    x, label = _shown(ramp, ramp.attrs["parameter"])
-    axis.plot(x, _over_static(ramp), linewidth=0.8)
+    called = _called(names, ["rising" if ramp[path][-1] > ramp[path][0] else "falling" for ramp in ramps])
+    for ramp, name, colour in zip(ramps, called, COLOURS, strict=False):
+        axis.plot(factor * ramp[path].values, _over_static(ramp), color=colour, linewidth=0.8, label=name)
     axis.set(xlabel=label, ylabel="largest force in a wave over static")
+    if len(ramps) > 1:
+        legend_above(axis)
     return figure
 
 

@@ -58,7 +58,8 @@ def plot(
         A result of this package that is not a plain number: records and their tables, histories, guidance and comfort;
         charts, borders, modes, marks and wear; findings, forces, recordings, trains and sites; orbits and tracks, and
         what is computed of them. Or a scenario or a part of it. Lists of several records, recordings, laws of contact
-        or creep, modes at rising speeds, or borders from `orbits.trace` are drawn together.
+        or creep, modes at rising speeds, or branches, diagrams, ramps or borders of orbits are drawn together; a
+        dictionary of recordings or of orbits names them.
     path
         Path of the picture, a .html if it is interactive; None: it is only returned.
     features

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -96,8 +97,11 @@ def _with_value(name: str, found: xr.DataArray) -> str:
     return f"{name} {round(value, 6):.3g} m/s²" if np.isfinite(value) else f"{name} unknown"
 
 
-def draw_recordings(recordings: Sequence[Recording]) -> Figure:
-    """Draw several recordings, such as the channels of a site, each in a panel of its own on one axis of time."""
+def draw_recordings(recordings: Sequence[Recording], names: Sequence[str] = ()) -> Figure:
+    """Draw several recordings, such as the channels of a site, each in a panel of its own on one axis of time.
+
+    Panels are named by the names, or else by number and source.
+    """
     if len(recordings) > MOST:
         raise InputError("", "what", f"a list of {len(recordings)}", f"1 to {MOST} recordings")
     figure, axes = panels(len(recordings), 1.0 + 1.6 * len(recordings), sharex=True)
@@ -105,9 +109,12 @@ def draw_recordings(recordings: Sequence[Recording]) -> Figure:
         factor, unit = SCALES[recording.quantity]
         axis.plot(1e3 * recording.times, factor * recording.samples, color=BLUE, linewidth=0.8)
         axis.set_ylabel(f"[{unit}]")
-        axis.set_title(f"{number + 1}: {recording.quantity}, {recording.source or 'recording'}".replace("_", " "))
+        source = "" if names else f", {recording.source or 'recording'}"
+        axis.set_title(f"{names[number] if names else number + 1}: {recording.quantity}{source}".replace("_", " "))
     axes[-1].set_xlabel("time after the trigger [ms]")
-    figure.suptitle(f"{len(recordings)} recordings", x=0.02, ha="left")
+    sources = {recording.source for recording in recordings}
+    of_one = f": {Path(sources.pop()).name}" if names and len(sources) == 1 else ""
+    figure.suptitle(f"{len(recordings)} recordings{of_one}".replace("_", " "), x=0.02, ha="left")
     return figure
 
 

@@ -16,20 +16,27 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLOURS = {"left": BLUE, "right": "#17a2b8"}
+STRIKE = "#d68910"
 MOST_NAMES, MOST = 40, 8
 """Most axles whose numbers are all written, and most trains in a picture."""
 
 
 def draw_train(train: TrainFinding) -> Figure:
-    """Draw for each axle, or each wheel, its static force as a bar and its largest force as a mark above."""
+    """Draw for each axle, or each wheel, its static force as a bar and its largest force as a mark above.
+
+    Wheels that strike have a star, at the force of the hardest strike.
+    """
     rows = train.table()
     figure, (forces, ratios) = panels(2, 6.5, _width([train]), sharex=True, height_ratios=(2, 1))
     _draw_forces(forces, rows)
-    for x, row in _places(rows):
-        if row["dynamic_ratio"] is not None:
-            colour, mark = (RED, "v") if row["alarms"] else (COLOURS.get(row.get("side") or "", BLUE), "o")
-            ratios.plot([x], [row["dynamic_ratio"]], mark, color=colour, markersize=4)
-    ratios.set(xlabel="axle [number]", ylabel="largest over static", ylim=(0.0, None))
+    known = [(x, row) for x, row in _places(rows) if row["dynamic_ratio"] is not None]
+    for x, row in known:
+        colour, mark = COLOURS.get(row.get("side") or "", BLUE), "o"
+        if row["alarms"] or row.get("strikes"):
+            colour, mark = (RED, "v") if row["alarms"] else (STRIKE, "*")
+        ratios.plot([x], [row["dynamic_ratio"]], mark, color=colour, markersize=7 if mark == "*" else 4)
+    top = max((row["dynamic_ratio"] for _, row in known), default=1.0)
+    ratios.set(xlabel="axle [number]", ylabel="largest over static", ylim=(0.0, 1.1 * top))
     figure.suptitle(_words(train), x=0.02, ha="left")
     return figure
 
@@ -53,7 +60,9 @@ def _width(trains: Sequence[TrainFinding]) -> float:
 
 def _words(train: TrainFinding) -> str:
     named = f"{train.name}: " if train.name else ""
-    return f"{named}{len(train.axles)} axles, {len(train.alarms)} alarms"
+    struck = sum(bool(row.get("strikes")) for row in train.table())
+    strikes = f", {struck} {'wheel strikes' if struck == 1 else 'wheels strike'}" if struck else ""
+    return f"{named}{len(train.axles)} axles{strikes}, {len(train.alarms)} alarms"
 
 
 def _sides(rows: Sequence[dict[str, Any]]) -> list[str]:
@@ -78,6 +87,9 @@ def _draw_forces(axis: Axes, rows: Sequence[dict[str, Any]]) -> None:
         axis.bar(x, np.nan_to_num(static), 0.72 / len(sides), color=colour, alpha=0.5, label=f"{side} static".strip())
         label = f"{side} largest".strip()
         axis.plot(x, peak, "_", color=colour, markersize=8, markeredgewidth=2, label=label)
+    struck = [(x, row["strike_kn"]) for x, row in _places(rows) if row.get("strikes")]
+    if struck:
+        axis.plot(*np.array(struck).T, "*", color=STRIKE, markersize=8, label="hardest strike")
     alarmed = [(x, row["peak_kn"]) for x, row in _places(rows) if row["alarms"] and row["peak_kn"] is not None]
     if alarmed:
         axis.plot(*np.array(alarmed).T, "v", color=RED, markersize=6, label="alarm")
@@ -86,4 +98,4 @@ def _draw_forces(axis: Axes, rows: Sequence[dict[str, Any]]) -> None:
         axis.set_xticks(axles)
     per = "wheel" if sides != [""] else "wheelset"
     axis.set(ylabel=f"force per {per} [kN]", ylim=(0.0, None))
-    legend_above(axis, 5)
+    legend_above(axis, 3)

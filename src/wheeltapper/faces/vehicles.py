@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
+    from matplotlib.text import Text
 
 FloatArray = NDArray[np.float64]
 X, Y, Z = range(3)
@@ -64,7 +65,7 @@ def draw_vehicle(wagon: Wagon) -> Figure:
     kinds = list(dict.fromkeys(type(element).__name__ for element in wagon.elements))
     low, high = _limits([*boxes.values()], np.array([*places, (0.0, 0.0, 0.0)]))
     long, wide, tall = high - low
-    columns = 2 if len(places) > 6 else 1
+    columns = 3 if len(places) > 40 else 2 if len(places) > 6 else 1
     height = 12.0 * (tall + wide) / (long + wide)
     figure = Figure(figsize=(14.0, 2.2 + height + 0.17 * -(-len(places) // columns)))
     grid = figure.add_gridspec(2, 2, width_ratios=(long, wide), height_ratios=(tall, wide))
@@ -77,23 +78,22 @@ def draw_vehicle(wagon: Wagon) -> Figure:
             _draw_body(axis, body, centre, edges, VIEWS[name])
         _mark_elements(axis, wagon, kinds, VIEWS[name])
         if name == "plan":
-            _number_places(axis, places)
+            plan, numbers = axis, _number_places(axis, places)
         if name == "side":
             axis.axhline(0.0, color="0.4", linewidth=1.5)
         if name == "side" and kinds:
             legend_above(axis, len(kinds))
-    numbers = [
-        Line2D([], [], linestyle="None", marker=f"${number}$", color="black", markersize=5 + 3 * (number > 9),
-               markeredgewidth=0.0)  # an edge would smear the digits
-        for number in range(1, len(places) + 1)
-    ]  # fmt: skip
     if places:
-        named = [", ".join(elements) for elements in places.values()]
-        figure.legend(numbers, named, loc="outside lower left", ncols=columns, fontsize=7, title="elements")
+        named = [f"{number}  {', '.join(elements)}" for number, elements in enumerate(places.values(), 1)]
+        figure.legend([Line2D([], [], linestyle="None")] * len(named), named, loc="outside lower left", ncols=columns,
+                      fontsize=7, title="elements", handlelength=0.0, handletextpad=0.0)  # fmt: skip
     figure.suptitle(
         f"wagon of {len(wagon.bodies)} bodies and {len(wagon.axles)} wheelsets, {wagon.mass / 1e3:.4g} t; bodies as "
         "homogeneous boxes of their mass and moments of inertia"
     )
+    hidden = _hide_overlapping(figure, numbers)
+    if hidden:
+        plan.set_title(f"plan; no room for {hidden} of the list's numbers")
     return figure
 
 
@@ -168,15 +168,36 @@ def _mark_elements(axis: Axes, wagon: Wagon, kinds: list[str], view: tuple[int, 
         axis.plot(across, up, mark, color=colour, markersize=3.5, transform=beside, label=kind.lower())
 
 
-def _number_places(axis: Axes, places: dict[tuple[float, ...], list[str]]) -> None:
-    """Write the numbers of the places of elements into a plan, those above each other together."""
+def _number_places(axis: Axes, places: dict[tuple[float, ...], list[str]]) -> dict[Text, int]:
+    """Write the numbers of the places of elements into a plan, those above each other together.
+
+    Returns the texts, and how many numbers each holds.
+    """
     seen: dict[tuple[float, float], list[int]] = {}
     for number, (x, y, _) in enumerate(places, 1):
         seen.setdefault((x, y), []).append(number)
+    out: dict[Text, int] = {}
     for where, numbers in seen.items():
-        text = ", ".join(map(str, numbers))
-        axis.annotate(text, where, (0.0, 4.0), textcoords="offset points", ha="center", fontsize=7,
-                      bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.3})  # fmt: skip
+        written = ", ".join(map(str, numbers))
+        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.3}
+        text = axis.annotate(written, where, (0.0, 4.0), textcoords="offset points", ha="center", fontsize=7, bbox=box)
+        out[text] = len(numbers)
+    return out
+
+
+def _hide_overlapping(figure: Figure, numbers: dict[Text, int]) -> int:
+    """Hide texts that would overlap earlier ones; return how many numbers they hold."""
+    figure.draw_without_rendering()  # places are known only then
+    shown: list[Any] = []
+    hidden = 0
+    for text, count in numbers.items():
+        box = text.get_window_extent()
+        if any(box.overlaps(one) for one in shown):
+            text.set_visible(False)
+            hidden += count
+        else:
+            shown.append(box)
+    return hidden
 
 
 # -- modes ------------------------------------------------------------------------------------------------------------

@@ -76,7 +76,8 @@ def returns(
     -------
     xarray.Dataset
         Over the fields and `return`: `displacement` and `velocity` at the end of each kept wave, and the `losses` of
-        contact and the `largest_force` in it. NaN where a motion could not be computed to its end.
+        contact and the `largest_force` in it. NaN where a motion could not be computed to its end. `carry` is kept as
+        an attribute.
 
     Raises
     ------
@@ -101,7 +102,8 @@ def returns(
         else:
             kept = _carried(found.cells, states, axes[0], shape, skip, keep, carry)
             count(total)
-    return _diagram(section, axes, shape, found, kept)
+    diagram = _diagram(section, axes, shape, found, kept)
+    return diagram if carry is None else diagram.assign_attrs(carry=carry)
 
 
 def _carried(

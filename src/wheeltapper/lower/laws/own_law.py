@@ -155,7 +155,9 @@ def law_table(law: ForceLaw) -> LawTable:
         cells, bands = 2 * cells, 2 * bands if law.takes_rate else 1
     if best.error > USABLE:
         found_text = f"a function that its table misses by {best.error:.2g} of the force"
-        raise InputError("contact", "force", found_text, "one that is smooth between 0 and `largest`")
+        at_rates = ", at every rate" if law.takes_rate else ""
+        allowed = f"one of which N/δ^{law.exponent:g} (`exponent`) is smooth from 0 to `largest`{at_rates}"
+        raise InputError("contact", "force", found_text, allowed)
     return best
 
 
