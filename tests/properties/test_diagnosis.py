@@ -142,7 +142,7 @@ def test_a_recording_that_is_clipped_nearly_everywhere_says_so():
     tight = Site.model_validate(SHORT.model_dump() | {"sensor": SHORT.sensor.model_copy(update={"range": 1.0})})
     finding, recording = found(None, seed=5, site=tight)
     assert recording.clipped.mean() > 0.2
-    assert any("clipped samples" in note for note in finding.notes)
+    assert any("samples are clipped: of them" in note for note in finding.notes)
     assert finding.verdict == "healthy"
 
 
