@@ -17,7 +17,7 @@ import wheeltapper as wt
 from tests.faults.test_stores import files
 from wheeltapper.ask.filled import FilledStore
 from wheeltapper.diagnosis import CATALOGUE, DatasetPlan, make_dataset
-from wheeltapper.diagnosis.dataset.passages import passage_of
+from wheeltapper.diagnosis.dataset.passages import passage_of, scenario_of
 from wheeltapper.diagnosis.dataset.store import DatasetStore
 from wheeltapper.faces.cli import main
 
@@ -40,6 +40,11 @@ RAILS = {
     "faults": {"healthy": {}, "wheel flat": {"size": ["30 mm", "50 mm"]}},
     "seed": 4,
 }  # fmt: skip
+
+BOGIE = wt.vehicles.Bogie(
+    wheelset_mass=1200, frame_mass=3000, pitch_inertia=2500, wheelbase=1.8, primary_stiffness=2e6, primary_damping=2e4,
+    secondary_stiffness=1e6, secondary_damping=2e4, wheel_load=2e5,
+)  # fmt: skip
 
 
 def of_labels(found, number, plan):
@@ -110,7 +115,8 @@ def test_a_train_is_the_sum_of_its_vehicles():
     found = passage_of(train, 0)
     samples = round(8.0 * 10e3 / 25.0)
     assert found.vehicles[1].distance == samples * 25.0 / 10e3
-    each = [wt.simulate(one.scenario).recordings(list(train.sensors)) for one in found.vehicles]
+    scenes = [scenario_of(train, found.drawn, one) for one in found.vehicles]
+    each = [wt.simulate(scene).recordings(list(train.sensors)) for scene in scenes]
     for name, readings in found.readings.items():
         whole = np.zeros(len(readings))
         whole[: len(each[0][name].samples)] += each[0][name].samples
@@ -133,11 +139,7 @@ def test_gains_scale_readings_and_noise_is_as_large_as_stated():
 
 @pytest.mark.parametrize("wheelset", [0, 1])
 def test_a_fault_is_on_the_wheel_that_its_label_names(wheelset):
-    bogie = wt.vehicles.Bogie(
-        wheelset_mass=1200, frame_mass=3000, pitch_inertia=2500, wheelbase=1.8, primary_stiffness=2e6,
-        primary_damping=2e4, secondary_stiffness=1e6, secondary_damping=2e4, wheel_load=2e5,
-    )  # fmt: skip
-    scene = RAILS["scenario"].replaced({"vehicle": bogie})
+    scene = RAILS["scenario"].replaced({"vehicle": BOGIE})
     plan = DatasetPlan(**RAILS | {"scenario": scene, "vary": {}, "faults": {"wheel flat": {"size": "40 mm"}}})
     number = next(i for i in range(9) if passage_of(plan, i).vehicles[0].wheel == (wheelset,))
     forces = passage_of(plan, number).features[0, 0]
@@ -157,10 +159,11 @@ def test_passages_that_cannot_be_run_say_so_in_their_status(tmp_path, monkeypatc
     whole = make_dataset(plan, tmp_path / "a.zarr", progress=False).load()
     run = "wheeltapper.diagnosis.dataset.passages.simulated_quietly"
     plain, ran = wt.simulate, []
+    trials = 1 + 2 * (len(plan.conditions) - 1)  # before the store is begun: healthy, and both sizes of each fault
 
     def refusing(scenario, method):
         ran.append(scenario)
-        if len(ran) == 3:  # the first is the trial before the store is begun
+        if len(ran) == trials + 2:
             raise wt.InputError("", "speed", "too much", "less")
         return plain(scenario, method=method)
 
@@ -256,6 +259,39 @@ def test_a_sensor_that_reads_nothing_of_the_run_is_refused_before_the_store_is_b
     with pytest.raises(wt.InputError, match="a FloatingDeck, of which nothing is read"):
         make_dataset(plan, tmp_path / "a.zarr", progress=False)
     assert not (tmp_path / "a.zarr").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"faults": {"weak damper": {}}, "vehicle": BOGIE}, "faults.weak damper.*faults of treads"),
+        ({"faults": {"weak damper": {}}}, "faults.weak damper.size.*changes nothing here"),
+        ({"faults": {"wheel flat": {"size": ["20 mm", "1.5 m"]}}}, "faults.wheel flat.*less than 0.92 m"),
+        ({"vary": {"speed": [0.0, 10.0]}, "way": 5.0}, "speed: found 0 m/s; allowed: more than 0 with `way`"),
+        ({"vary": {"track.pad_stiffness": {"mean": 1e8, "deviation": 3e7}}}, "vary.track.pad_stiffness"),
+        ({"vehicles": (0.0, 5.0, 5.0)}, "distances in m that rise from 0"),
+        ({"sensors": (wt.sensors.DeckAcceleration(),), "vary": {}}, "deck acceleration.*on a Ballasted"),
+        ({"features": ("largest_force", "largest_force")}, "which another variable has"),
+    ],
+)
+def test_what_cannot_be_computed_is_refused_before_the_store_is_begun(tmp_path, changes, message):
+    given = RAILS | changes
+    if "vehicle" in changes:
+        given = given | {"scenario": RAILS["scenario"].replaced({"vehicle": given.pop("vehicle")}), "vary": {}}
+    with pytest.raises(wt.InputError, match=message):
+        make_dataset(DatasetPlan(**given), tmp_path / "a.zarr", progress=False)
+    assert not (tmp_path / "a.zarr").exists()
+
+
+def test_a_drop_has_no_speed(tmp_path):
+    scene = wt.Scenario(
+        vehicle=wt.Wheelset(mass=1500, load=9e4), track=wt.FloatingDeck(mass=15e3, stiffness=1.5e7, damping=5e4),
+        contact=wt.Hertz(constant=1.4e11), speed=0.0, duration=0.05, start={"displacement": 1e-3, "velocity": 0.0},
+    )  # fmt: skip
+    plan = DatasetPlan(scenario=scene, sensors=(wt.sensors.DeckAcceleration(),), faults={"healthy": {}}, count=2)
+    found = make_dataset(plan, tmp_path / "a.zarr", progress=False)
+    assert {*found.status.values} == {0}
+    assert float(found.number_of_impacts.min()) >= 1.0
 
 
 WRONG = {

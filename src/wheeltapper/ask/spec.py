@@ -48,13 +48,16 @@ def read_study(path: Path) -> dict[str, Any]:
     for name, (fits, allowed) in KINDS.items():
         if name in data and not fits(data[name]):
             raise InputError(str(path), name, repr(data[name]), allowed)
-    of = data["scenario"]
-    if isinstance(of, str):
-        scenario = Scenario.from_toml(path.parent / of)
-    else:
-        scenario = Scenario.of(relative_paths(of, path.parent), str(path))
+    scenario = scenario_in(data["scenario"], path)
     held = {"contents": found} if (found := file_digests(scenario)) else {}
     return data | {"scenario": scenario.model_dump(mode="json")} | held
+
+
+def scenario_in(given: Any, path: Path) -> Scenario:
+    """Return the scenario in a file of something else: its table, or the name of its own file beside this one."""
+    if isinstance(given, str):
+        return Scenario.from_toml(path.parent / given)
+    return Scenario.of(relative_paths(given, path.parent), str(path))
 
 
 def file_digests(scenario: Scenario) -> dict[str, str]:

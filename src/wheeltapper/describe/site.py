@@ -241,6 +241,11 @@ class Site(Noun):
                 raise InputError("", "uncertainty", f"{path!r}, where there is no number", "paths of numbers")
 
     @property
+    def all_sensors(self) -> tuple[Sensor, ...]:
+        """That of the deck, where there is one, and those along the track."""
+        return (*((self.sensor,) if self.passage is not None else ()), *self.sensors)
+
+    @property
     def wheel_radius(self) -> float | None:
         """The radius of the wheels, m, as the site or else its passage states it; None if neither does."""
         own = self.radius if self.radius is not None or self.passage is None else self.passage.vehicle.radius

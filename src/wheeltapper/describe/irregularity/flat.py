@@ -54,9 +54,13 @@ class WheelFlat(Irregularity):
         if self.shape == "rounded":
             length = self.length if self.length is not None else 4.0 * sqrt(radius * (self.depth or 0.0))
             return self.depth if self.depth is not None else length**2 / (16.0 * radius), length
+        half = 0.5 * (self.length or 0.0)
+        if not half < radius or not (self.depth or 0.0) < radius:
+            name, value = ("length", self.length) if self.depth is None else ("depth", self.depth)
+            allowed = f"less than {2.0 * radius if self.depth is None else radius:g} m, for a chord of the wheel"
+            raise InputError("", name, f"{value:g} m on a wheel of the radius {radius:g} m", allowed)
         if self.depth is not None:
             return self.depth, 2.0 * sqrt(2.0 * radius * self.depth - self.depth**2)
-        half = 0.5 * (self.length or 0.0)
         return half**2 / (radius + sqrt(radius**2 - half**2)), 2.0 * half
 
     def limited(self, radius: float) -> dict[str, float]:

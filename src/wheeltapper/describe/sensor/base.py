@@ -95,6 +95,11 @@ class Sensor(Noun, abstract=True):
     column: int | str | None = None
     rate: Frequency = 20_000.0
 
+    @property
+    def channel(self) -> str:
+        """What its recordings are called: its name, or its kind if it has none."""
+        return self.name or self.kind
+
     @classmethod
     def __pydantic_init_subclass__(cls, *, abstract: bool = False, **options: Any) -> None:
         if not abstract:

@@ -36,15 +36,15 @@ def card_of(plan: DatasetPlan) -> str:
         "",
         "| part | share |",
         "|---|---|",
-        *(f"| {name} | {share / sum(plan.parts.values()):.3g} |" for name, share in plan.parts.items()),
+        *(f"| {name} | {share:.3g} |" for name, share in zip(plan.parts, plan.part_shares, strict=True)),
         "",
         "## Sensors",
         "",
         "| variable | kind | rate, Hz | noise of a sample |",
         "|---|---|---|---|",
         *(
-            f"| {sensor.name or sensor.kind} | {sensor.kind} | {float(sensor.rate):g} | "
-            f"{plan.noises.get(sensor.name or sensor.kind, 'as the sensor states')} |"
+            f"| {sensor.channel} | {sensor.kind} | {float(sensor.rate):g} | "
+            f"{plan.noises.get(sensor.channel, 'as the sensor states')} |"
             for sensor in plan.sensors
         ),
         "",

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wheeltapper.ask.fill import ClusterError, fill_store
-from wheeltapper.diagnosis.dataset.passages import passage_of
+from wheeltapper.diagnosis.dataset.passages import check_plan
 from wheeltapper.diagnosis.dataset.plan import DatasetPlan
 from wheeltapper.diagnosis.dataset.store import DatasetStore
 from wheeltapper.ground.arguments import as_path
@@ -73,13 +73,13 @@ def fill_dataset(
     Raises
     ------
     InputError
-        If a sensor cannot read the first passage, or a fault is none of its vehicle.
+        If the scenario does not run as stated, a sensor reads nothing of it, or its vehicle cannot have a fault.
     """
     if output.suffix != ".zarr":
         raise InputError("", "--output", value_text(str(output)), "a folder that ends with .zarr")
     store = DatasetStore(output, plan.model_dump(mode="json"))
     if not output.exists():
-        passage_of(plan, 0)
+        check_plan(store.plan)
     failed = fill_store(store, resume=resume, workers=workers, scheduler=scheduler)
     output.with_suffix(".md").write_text(str(store.attributes()["card"]), encoding="utf-8")
     return failed

@@ -8,10 +8,10 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import Field, SerializeAsAny, field_validator, model_validator
 
-from wheeltapper.ask.spec import file_digests, flattened_tables
+from wheeltapper.ask.spec import file_digests, flattened_tables, scenario_in
 from wheeltapper.ask.study import field_at, unit_of, value_in_si
 from wheeltapper.describe.noun import Length, Noun, PositiveLength, Share
-from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
+from wheeltapper.describe.scenario import Scenario, toml_table
 from wheeltapper.describe.sensitivity import QUANTITIES
 from wheeltapper.describe.sensor.along import AlongTrack
 from wheeltapper.describe.sensor.base import Sensor
@@ -128,7 +128,7 @@ class DatasetPlan(Noun):
     @model_validator(mode="after")
     def _check(self) -> DatasetPlan:
         check_method(self.method)
-        names = [one.name or one.kind for one in self.sensors]
+        names = [one.channel for one in self.sensors]
         if not names:
             raise InputError("", "sensor", "none", "at least one sensor")
         for name in names:
@@ -139,9 +139,8 @@ class DatasetPlan(Noun):
         if not self.parts:
             raise InputError("", "parts", "none", "at least one part with its share")
         self._check_row()
-        for read in (lambda: self.rows, lambda: self.noises, lambda: self.labels, lambda: self.conditions):
-            read()
         self._check_names(names)
+        _ = self.noises, self.conditions  # which refuse what is wrong
         self._check_ends()
         return self
 
@@ -171,7 +170,9 @@ class DatasetPlan(Noun):
             raise InputError("", "sensor", "different rates under several vehicles", "one rate")
 
     def _check_ends(self) -> None:
-        """Refuse values that a scenario, a sensor or a fault cannot have."""
+        """Refuse values that a scenario or a sensor cannot have."""
+        if not self.slowest > 0.0 and (self.way is not None or len(self.vehicles) > 1):
+            raise InputError("", "speed", f"{self.slowest:g} m/s", "more than 0 with `way` or with several vehicles")
         for row in self.rows:
             for end in row.draw.ends:
                 try:
@@ -181,6 +182,12 @@ class DatasetPlan(Noun):
                         self.scenario.replaced({row.path: end})
                 except InputError as error:
                     raise InputError("", f"vary.{row.path}", f"{end:g}", error.allowed) from error
+
+    @property
+    def slowest(self) -> float:
+        """The lowest speed of a passage, m/s."""
+        ends = [row.draw.ends[0] for row in self.rows if row.path == "speed"]
+        return ends[0] if ends else float(self.scenario.speed)
 
     @cached_property
     def rows(self) -> tuple[Row, ...]:
@@ -202,7 +209,7 @@ class DatasetPlan(Noun):
     def _sensor_field(self, path: str) -> tuple[Sensor, str]:
         """Return the sensor and the name of its field in a path."""
         name, _, field = path.removeprefix(OF_SENSORS).rpartition(".")
-        known = {one.name or one.kind: one for one in self.sensors}
+        known = {one.channel: one for one in self.sensors}
         if name not in known:
             raise InputError("", path, f"no sensor {name!r}", ", ".join(known))
         sensor = known[name]
@@ -218,10 +225,10 @@ class DatasetPlan(Noun):
         for path, value in drawn.items():
             if path.startswith(OF_SENSORS):
                 sensor, field = self._sensor_field(path)
-                changes.setdefault(sensor.name or sensor.kind, {})[field] = value
+                changes.setdefault(sensor.channel, {})[field] = value
         return tuple(
-            type(one).model_validate(one.model_dump(mode="json") | changes[one.name or one.kind])
-            if (one.name or one.kind) in changes
+            type(one).model_validate(one.model_dump(mode="json") | changes[one.channel])
+            if one.channel in changes
             else one
             for one in self.sensors
         )
@@ -229,7 +236,7 @@ class DatasetPlan(Noun):
     @cached_property
     def noises(self) -> dict[str, float]:
         """Standard deviations of the noise of samples, by sensor, in SI units."""
-        known = {one.name or one.kind: one for one in self.sensors if isinstance(one, AlongTrack)}
+        known = {one.channel: one for one in self.sensors if isinstance(one, AlongTrack)}
         for name in self.noise:
             if name not in known:
                 raise InputError("", "noise", f"{name!r}", ", ".join(known) or "no noise: these sensors have their own")
@@ -261,6 +268,11 @@ class DatasetPlan(Noun):
         return tuple(found)
 
     @property
+    def part_shares(self) -> tuple[float, ...]:
+        """How often a passage is drawn into each of `parts`; their sum is 1."""
+        return tuple(share / sum(self.parts.values()) for share in self.parts.values())
+
+    @property
     def shares(self) -> tuple[float, ...]:
         """How often each of `conditions` is drawn; their sum is 1."""
         given = [self.faults.get(one.label) for one in self.conditions]
@@ -272,27 +284,18 @@ class DatasetPlan(Noun):
         """Read the description of a data set from a TOML file; paths in it are relative to the folder of this file."""
         path = as_path(path, "path", "the path of a TOML file with a data set")
         data = dict(toml_table(path, "a data set"))
-        folder = path.parent
         try:
-            if isinstance(data.get("scenario"), str):
-                data["scenario"] = Scenario.from_toml(folder / data["scenario"])
-            elif "scenario" in data:
-                data["scenario"] = Scenario.of(relative_paths(data["scenario"], folder))
+            if "scenario" in data:
+                data["scenario"] = scenario_in(data["scenario"], path)
+                data["contents"] = file_digests(data["scenario"])
             if "sensor" in data:
                 given = data.pop("sensor")
                 data["sensors"] = given if isinstance(given, list) else [given]
             elif isinstance(data.get("sensors"), str):
-                data["sensors"] = _sensors_of(Site.from_toml(folder / data["sensors"]))
-            if isinstance(data.get("scenario"), Scenario):
-                data["contents"] = file_digests(data["scenario"])
+                data["sensors"] = Site.from_toml(path.parent / data["sensors"]).all_sensors
             return cls.model_validate(data)
         except InputError as error:
             raise error.at(str(path)) from None
-
-
-def _sensors_of(site: Site) -> list[Sensor]:
-    """Return the sensors of a site, that of its deck in front."""
-    return [*([site.sensor] if site.passage is not None else []), *site.sensors]
 
 
 def _field_value(sensor: Sensor, field: str, value: Any) -> float:

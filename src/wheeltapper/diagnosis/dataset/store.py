@@ -25,6 +25,7 @@ from wheeltapper.diagnosis.dataset.plan import DatasetPlan
 from wheeltapper.diagnosis.faults.base import fault_named
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Shared
+from wheeltapper.ground.quantities import si_unit
 from wheeltapper.march.common.blocks import algebra_on_one_thread
 from wheeltapper.record.files.filled import DATASET, Place
 from wheeltapper.record.labels import flag_attributes
@@ -32,8 +33,6 @@ from wheeltapper.record.labels import flag_attributes
 if TYPE_CHECKING:
     import xarray as xr
 
-UNITS = {"acceleration": "m/s^2", "force": "N", "length": "m", "strain": ""}
-"""SI units of what sensors read, by dimension."""
 CHUNK = 100
 """Vehicles in a chunk, about, unless the plan says otherwise."""
 
@@ -182,7 +181,7 @@ class DatasetStore(FilledStore):
 
     def _readings(self, sensor: Sensor) -> _Column:
         """Return the variable of a sensor; a run that ends earlier than the longest leaves NaN behind."""
-        name, rate = sensor.name or sensor.kind, float(sensor.rate)
+        name, rate = sensor.channel, float(sensor.rate)
         length = self._longest[rate]
 
         def padded(passage: Passage) -> NDArray[np.float64]:
@@ -191,5 +190,5 @@ class DatasetStore(FilledStore):
             whole[: len(found)] = found
             return whole
 
-        attrs = {"units": UNITS[QUANTITIES[sensor.quantity]], "long_name": f"readings: {sensor.kind}"}
+        attrs = {"units": si_unit(QUANTITIES[sensor.quantity]), "long_name": f"readings: {sensor.kind}"}
         return _Column(name, (self._time(rate),), (length,), np.float32, padded, attrs)

@@ -91,15 +91,16 @@ def listed_sensors(record: Record, sensors: Any) -> tuple[dict[str, Sensor], flo
     if isinstance(sensors, str | Path):
         sensors = as_any_site(sensors)
     if isinstance(sensors, Site):
-        deck = [sensors.sensor] if sensors.passage is not None and DECK in record.scenario.needs else []
-        given, spacing = [*deck, *sensors.sensors], sensors.spacing
+        shown = sensors.all_sensors
+        given = [one for one in shown if DECK in record.scenario.needs or isinstance(one, AlongTrack)]
+        spacing = sensors.spacing
     else:
         given = [sensors] if isinstance(sensors, Sensor) else as_list(sensors, "sensors", "a Site or sensors")
     out: dict[str, Sensor] = {}
     for number, one in enumerate(given):
         if not isinstance(one, Sensor):
             raise InputError("", f"sensors.{number}", value_text(one), "a sensor, as wt.sensors.PadForce(seat=3)")
-        name = one.name or one.kind
+        name = one.channel
         if name in out:
             raise InputError("", f"sensors.{number}.name", f"a second {name!r}", "names that differ")
         out[name] = one
