@@ -23,7 +23,7 @@ MASS, CONSTANT = 1500.0, 1.405e11
 @compared(
     "Impact of a wheelset without load on Hertz's contact", "closed form",
     "H. Hertz 1882; K. L. Johnson, Contact Mechanics, 1985, section 11.4",
-    largest_force=1e-9, duration=1e-6, impulse=1e-9,
+    {"largest force": 1e-9, "duration": 1e-6, "impulse": 1e-9},
 )  # fmt: skip
 def hertz_impact() -> tuple[float, float, float]:
     """Return differences of the largest force, of the duration and of the impulse."""
@@ -45,7 +45,7 @@ def hertz_impact() -> tuple[float, float, float]:
 
 @compared(
     "Bouncing of a wheelset on a linear contact, without damping", "closed form",
-    "a sine in contact, a parabola in flight", time_of_losses_and_impacts=1e-10, largest_force=1e-10,
+    "a sine in contact, a parabola in flight", {"time of losses and impacts": 1e-10, "largest force": 1e-10},
 )  # fmt: skip
 def linear_bounce() -> tuple[float, float]:
     """Return differences of the instants, over the period, and of the largest forces."""
@@ -71,7 +71,7 @@ def linear_bounce() -> tuple[float, float]:
 
 @compared(
     "Hertz's constant of a sphere on a plane", "closed form", "K. L. Johnson, Contact Mechanics, 1985, section 4.2",
-    constant=1e-12,
+    {"constant": 1e-12},
 )  # fmt: skip
 def sphere() -> tuple[float]:
     """Return the difference of the constant."""
@@ -82,7 +82,7 @@ def sphere() -> tuple[float]:
 
 @compared(
     "Static deflection of a rail on seats that are close together", "closed form",
-    "E. Winkler 1867: a beam on an elastic foundation", deflection=2e-3,
+    "E. Winkler 1867: a beam on an elastic foundation", {"deflection": 2e-3},
 )  # fmt: skip
 def winkler() -> tuple[float]:
     """Return the difference of the deflection under a load."""

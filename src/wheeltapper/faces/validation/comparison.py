@@ -9,9 +9,10 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from importlib.resources import files
 from math import isfinite
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, TypeVar
 
 Kind = Literal["closed form", "another program", "published figures"]
+Measure = TypeVar("Measure", bound=Callable[[], tuple[float, ...]])
 DATA = files(__package__) / "data"
 """Figures of others, with their sources in README.md there."""
 
@@ -25,18 +26,17 @@ class Comparison(NamedTuple):
         What is computed, in some words.
     kind, source
         Whose figures they are, and where they are from.
-    measure
-        Function that returns the largest difference of each quantity, by its name; relative unless the name says its
-        unit.
     allowed
-        The largest differences that are allowed, by the same names.
+        The largest difference that is allowed of each quantity, by its name; relative unless the name says its unit.
+    measure
+        Function that returns the largest difference of each of them, in the same order.
     """
 
     subject: str
     kind: Kind
     source: str
-    measure: Callable[[], Mapping[str, float]]
     allowed: Mapping[str, float]
+    measure: Callable[[], tuple[float, ...]]
 
 
 class Compared(NamedTuple):
@@ -57,26 +57,20 @@ COMPARISONS: list[Comparison] = []
 """All comparisons, in the order of their pages."""
 
 
-def compared(subject: str, kind: Kind, source: str, **allowed: float) -> Callable[[Any], Any]:
-    """Register a function that measures differences; underscores in the names of quantities stand for blanks."""
+def compared(subject: str, kind: Kind, source: str, allowed: Mapping[str, float]) -> Callable[[Measure], Measure]:
+    """Register a function that measures differences, as a `Comparison` has it."""
 
-    def register(measure: Callable[[], tuple[float, ...]]) -> Callable[[], tuple[float, ...]]:
-        names = [name.replace("_", " ") for name in allowed]
-
-        def measured() -> dict[str, float]:
-            return dict(zip(names, map(float, measure()), strict=True))
-
-        limits = dict(zip(names, allowed.values(), strict=True))
-        COMPARISONS.append(Comparison(subject, kind, source, measured, limits))
+    def register(measure: Measure) -> Measure:
+        COMPARISONS.append(Comparison(subject, kind, source, allowed, measure))
         return measure
 
     return register
 
 
-def measured(comparison: Comparison) -> list[Compared]:
+def measured(one: Comparison) -> list[Compared]:
     """Measure one comparison."""
-    found = comparison.measure()
-    return [Compared(comparison, name, found[name], limit) for name, limit in comparison.allowed.items()]
+    both = zip(one.allowed.items(), one.measure(), strict=True)
+    return [Compared(one, name, float(difference), limit) for (name, limit), difference in both]
 
 
 @cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,8 @@ def motion(case: dict[str, Any]) -> Scenario:
         "flat": lambda: WheelFlat(depth=shape["h"], position=shape["x0"]),
         "sine": lambda: Corrugation(amplitude=-shape["a"], wavelength=shape["lam"], start=shape["x0"]),
     }
-    wheelset = {field: float(given[name]) for field, name in zip(WHEELSET, "mPkcg", strict=True)}
+    fields = ("mass", "load", "stiffness", "damping", "gravity")
+    wheelset = {field: float(given[name]) for field, name in zip(fields, "mPkcg", strict=True)}
     return Scenario(
         vehicle=Wheelset(**wheelset, radius=shape.get("R", 0.46)),
         track=FloatingDeck(mass=deck["M"], stiffness=deck["K"], damping=deck["C"]) if deck else StiffTrack(),
@@ -60,10 +62,7 @@ def motion(case: dict[str, Any]) -> Scenario:
     )
 
 
-WHEELSET = ("mass", "load", "stiffness", "damping", "gravity")
-
-
-def digits_of(name: str) -> tuple[float, float]:
+def differences_of(name: str) -> tuple[float, float]:
     """Return the differences of the instants, s, and of the force maxima."""
     case = table_of("core_cases.json")["dynamic"][name]
     record = simulate(motion(case), "strict")
@@ -76,18 +75,15 @@ def digits_of(name: str) -> tuple[float, float]:
 
 
 for name, subject in MOTIONS.items():
-
-    def of_motion(name: str = name) -> tuple[float, float]:
-        """Return the differences of one motion."""
-        return digits_of(name)
-
-    compared(subject, "another program", DIGITS, **{"instants,_s": 1e-13, "force_maxima": 1e-11})(of_motion)
+    compared(subject, "another program", DIGITS, {"instants, s": 1e-13, "force maxima": 1e-11})(
+        partial(differences_of, name)
+    )
 
 
 @compared(
     "Periodic motions on corrugation", "another program",
     "SciPy's DOP853 in regularised variables, with its own events",
-    start_of_the_orbit=1e-7, largest_force=1e-7,
+    {"start of the orbit": 1e-7, "largest force": 1e-7},
 )  # fmt: skip
 def orbits() -> tuple[float, float]:
     """Return the differences of states, over the scales of the motion, and of the largest forces."""
@@ -112,7 +108,7 @@ def orbits() -> tuple[float, float]:
 @compared(
     "Wheel flat of 60 mm on rails and sleepers", "another program",
     "modes of a ring up to 12 and 18 kHz, extrapolated; finite elements agree with it to 6e-4",
-    **{"instants,_s": 3e-6, "largest_force": 3e-3},
+    {"instants, s": 3e-6, "largest force": 3e-3},
 )  # fmt: skip
 def flat_on_ballast() -> tuple[float, float]:
     """Return the differences of the instants of loss and impact, s, and of the largest force."""
@@ -131,7 +127,7 @@ def flat_on_ballast() -> tuple[float, float]:
 
 @compared(
     "Modes of the ERRI B176 coach", "another program",
-    "eigenvalues from the figures of S. Iwnicki, Vehicle System Dynamics 30 (1998) 295-313", frequency=5e-3,
+    "eigenvalues from the figures of S. Iwnicki, Vehicle System Dynamics 30 (1998) 295-313", {"frequency": 5e-3},
 )  # fmt: skip
 def coach_modes() -> tuple[float]:
     """Return the largest difference of a frequency on fixed wheelsets."""

@@ -14,7 +14,7 @@ from wheeltapper.lower.laws.kalker import coefficients
 
 @compared(
     "Semi-axes of the contact ellipse", "published figures",
-    "H. Hertz's coefficients; K. L. Johnson, Contact Mechanics, 1985, chapter 4", ratio_of_the_axes=1e-5,
+    "H. Hertz's coefficients; K. L. Johnson, Contact Mechanics, 1985, chapter 4", {"ratio of the axes": 1e-5},
 )  # fmt: skip
 def ellipse() -> tuple[float]:
     """Return the largest difference of the ratio of both axes, of which six digits are given."""
@@ -30,7 +30,7 @@ def ellipse() -> tuple[float]:
 @compared(
     "Creepage coefficients", "published figures",
     "J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990, table E3; CONTACT on 45 x 45 elements",
-    entries_of_the_table=1e-12, CONTACT=0.035,
+    {"entries of the table": 1e-12, "CONTACT": 0.035},
 )  # fmt: skip
 def kalker() -> tuple[float, float]:
     """Return the largest differences from the entries of the table, and from the full theory."""
@@ -49,7 +49,7 @@ def kalker() -> tuple[float, float]:
     "Difference of rolling radii, S1002 on 60E1 1:40", "published figures",
     "Manchester contact benchmark, case A-2.2 (P. Shackleton and S. Iwnicki, Vehicle System Dynamics 46 (2008) "
     "129-149), computed by CONTACT; and a search of the rigid contact point",
-    CONTACT=0.01, rigid_search=0.007,
+    {"CONTACT": 0.01, "rigid search": 0.007},
 )  # fmt: skip
 def rolling_radii() -> tuple[float, float]:
     """Return the largest differences from the elastic and from the rigid contact, where the latter does not jump."""
