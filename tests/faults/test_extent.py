@@ -127,3 +127,19 @@ def test_a_stiffness_beyond_all_bounds_is_marched_in_balance(changes):
     held = record.history(1e6)
     moved = held.wheel_displacement if "vehicle.stiffness" in changes else held.deck_displacement
     assert np.abs(moved.values - moved.values[0]).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("size", "message"),
+    [
+        ({"length": 0.92}, "length: found 0.92 m on a wheel of the radius 0.46 m; allowed: less than 0.92 m"),
+        ({"depth": 0.46}, "depth: found 0.46 m on a wheel of the radius 0.46 m; allowed: less than 0.46 m"),
+    ],
+)
+def test_a_flat_that_is_larger_than_its_wheel_is_refused_in_one_line(size, message):
+    scene = wt.Scenario(
+        vehicle=wt.Wheelset(mass=1500, load=9e4, radius=0.46), irregularity=wt.WheelFlat(position=0.2, **size),
+        speed=5.0, duration=0.1,
+    )  # fmt: skip
+    with pytest.raises(wt.InputError, match=message):
+        wt.simulate(scene)
