@@ -283,6 +283,13 @@ def test_what_cannot_be_computed_is_refused_before_the_store_is_begun(tmp_path, 
     assert not (tmp_path / "a.zarr").exists()
 
 
+def test_a_healthy_label_beside_the_scenarios_own_flat_is_told(tmp_path):
+    flawed = RAILS["scenario"].replaced({"irregularity": wt.WheelFlat(length=0.03, position=1.0)})
+    plan = DatasetPlan(**RAILS | {"scenario": flawed, "count": 1})
+    with pytest.warns(UserWarning, match="labelled healthy have the scenario's own WheelFlat"):
+        make_dataset(plan, tmp_path / "a.zarr", progress=False)
+
+
 def test_a_drop_has_no_speed(tmp_path):
     scene = wt.Scenario(
         vehicle=wt.Wheelset(mass=1500, load=9e4), track=wt.FloatingDeck(mass=15e3, stiffness=1.5e7, damping=5e4),

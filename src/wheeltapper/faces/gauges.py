@@ -50,7 +50,7 @@ def draw_wheel(figure: Figure, finding: WheelFinding) -> None:
     gauges, left, force, later = figure.subplots(4, 1, height_ratios=(2, 1, 2, 1.6))
     for axis in (gauges, left):
         axis.sharex(force)
-    model = np.where(passing.used, low_passed(shown.read, passing.rate, cutoff), np.nan)
+    model = np.where(passing.used, shown.read, np.nan)
     for number, (one, other) in enumerate(zip(recorded.T, model.T, strict=True)):
         names = ("", "") if number else (f"gauges, below {cutoff:g} Hz", "model")
         gauges.plot(way * passing.x, 1e-3 * one, color=BLUE, linewidth=1.2, label=names[0])

@@ -82,7 +82,7 @@ class AxleBoxFinding(Shown):
         best = self.seen.best
         if best is None or self.verdict == NOT_EXPLAINED:
             return ()
-        return alike_of(self.seen.flats, best)
+        return tuple(NAMES[one.shape] for one in alike_of(self.seen.flats, best))
 
     @property
     def probabilities(self) -> dict[str, float]:

@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.density import published_density
+from wheeltapper.diagnosis.gauges.passing import Passing
 from wheeltapper.diagnosis.gauges.responses import Responses
 from wheeltapper.diagnosis.gauges.weighing import Band
 
+ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 LEVEL = "ISO 3095:2013"
 """The roughness is taken to be at this limit; longer waves than its table has go on with the density of its longest."""
@@ -44,13 +46,27 @@ def rough_columns(
     tilt
         The power is that of the level times this power of the wavelength over PIVOT.
     """
-    passing, cutoff = band.passing, band.cutoff
+    number, amplitudes = _waves(band, added, tilt)
+    return np.asarray(wave_columns(band, responses, stiffness, mass, number) * np.tile(amplitudes, 2))
+
+
+def rough_force(
+    band: Band, responses: Responses, stiffness: float, mass: float, factors: FloatArray, x: FloatArray
+) -> FloatArray:
+    """Return the contact's force of waves of roughness at places, m, by the `factors` of `rough_columns`, N."""
+    number, amplitudes = _waves(band)
+    cosines, sines = np.split(factors * np.tile(amplitudes, 2), 2)
+    force = _wave_force(band.passing, responses, stiffness, mass, number, x)
+    return np.asarray(cosines @ force.real + sines @ force.imag)
+
+
+def _waves(band: Band, added: float = 0.0, tilt: float = 0.0) -> tuple[FloatArray, FloatArray]:
+    """Return the waves that count, 1/m, and the standard deviations of their amplitudes, m."""
+    passing = band.passing
     width = 1.0 / float(passing.x[-1] - passing.x[0])
-    below = np.arange(1.0 / LONGEST, min(BEYOND * cutoff / passing.speed, 1.0 / SHORTEST), width)
+    below = np.arange(1.0 / LONGEST, min(BEYOND * band.cutoff / passing.speed, 1.0 / SHORTEST), width)
     middle = below + 0.5 * width
-    amplitude = usual_amplitudes(below, width, added) * (PIVOT * middle) ** (-0.5 * tilt)
-    columns = wave_columns(band, responses, stiffness, mass, middle)
-    return np.asarray(columns * np.tile(amplitude, 2))
+    return middle, usual_amplitudes(below, width, added) * (PIVOT * middle) ** (-0.5 * tilt)
 
 
 def usual_amplitudes(number: FloatArray, width: float, added: float = 0.0) -> FloatArray:
@@ -71,11 +87,18 @@ def wave_columns(band: Band, responses: Responses, stiffness: float, mass: float
     """
     x = band.passing.x[band.rows]
     frequencies = number * band.passing.speed
-    answer = responses.at_places(responses.contact(frequencies, stiffness, mass), x)
-    force = answer * np.exp(2j * np.pi * number[:, None] * (x - band.passing.place))
+    force = _wave_force(band.passing, responses, stiffness, mass, number, x)
     force *= (band.gain(frequencies) * band.passing.recorded_share(frequencies))[:, None]
     read = responses.readings(frequencies, x) * force
     return band.taken_of_rows(np.concatenate([read.real, read.imag], axis=1))
+
+
+def _wave_force(
+    passing: Passing, responses: Responses, stiffness: float, mass: float, number: FloatArray, x: FloatArray
+) -> ComplexArray:
+    """Return the contact's force of waves of 1 m at places, N/m, (waves, places)."""
+    answer = responses.at_places(responses.contact(number * passing.speed, stiffness, mass), x)
+    return np.asarray(answer * np.exp(2j * np.pi * number[:, None] * (x - passing.place)))
 
 
 def contact_stiffness(constant: float, force: float) -> float:

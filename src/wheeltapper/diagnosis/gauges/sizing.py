@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
 
 from wheeltapper.describe.paths import value_at
@@ -17,12 +18,12 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.alarms import PEAKS
 from wheeltapper.diagnosis.faults.out_of_round import OutOfRoundWheel
 from wheeltapper.diagnosis.finding import HEALTHY
-from wheeltapper.diagnosis.gauges.fit import TRACK_STEP, Anchor, Fit, Problem, fitted, told_readings
+from wheeltapper.diagnosis.gauges.fit import TRACK_STEP, Anchor, Fit, Problem, fitted, moved, told_readings
 from wheeltapper.diagnosis.gauges.free_shape import FreeShape, free_shape, refined, started
 from wheeltapper.diagnosis.gauges.known import CONTACT, MASS, RADIUS, Known
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs, Shape
 from wheeltapper.diagnosis.gauges.responses import Responses, responses_of
-from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
+from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns, rough_force
 from wheeltapper.diagnosis.gauges.scan import NEEDED, SCREENED, Candidate, Scan, Seen
 from wheeltapper.diagnosis.gauges.transfer import Transfer
 from wheeltapper.diagnosis.gauges.verdicts import EXPLAINED, NAMES, alike_of
@@ -80,13 +81,15 @@ class ModelPassage(NamedTuple):
     Attributes
     ----------
     x, force
-        Places of the wheel, m, and the contact's force there, N, FINER times a sample.
+        Places of the wheel, m, and the contact's force there, N, FINER times a sample. It holds that of the likeliest
+        waves of roughness in what the model leaves of the readings.
     largest
         Force of its largest maximum, N.
     below
         Largest force below PEAKS, N.
     read
-        What the sensors would have recorded, N, (samples, sensors).
+        What the sensors would have recorded of the flaw alone, N, (samples, sensors), up to the highest frequency at
+        which readings are compared.
     """
 
     x: FloatArray
@@ -152,6 +155,11 @@ class Sized:
     @property
     def alike(self) -> tuple[str, ...]:
         """Other verdicts that the readings do not exclude."""
+        return tuple(NAMES[one.shape] for one in self.not_excluded)
+
+    @property
+    def not_excluded(self) -> tuple[Fit, ...]:
+        """Flats of other shapes than the best one that the readings do not exclude."""
         return () if self.best is None else alike_of(self.fits.values(), self.best)
 
     def deviation(self, shape: str) -> float:
@@ -253,8 +261,7 @@ def _flats_of(problem: Problem, seen: Seen, begun: Mapping[str, Mapping[str, flo
     sized = Sized(fits, gain, seen, runs.count)
     if sized.best is None:
         return sized
-    read = sized.best.told(runs.readings(best.values, best.shape))
-    return replace(sized, shown=_shown(runs, best.values, best.shape, read))
+    return replace(sized, shown=_shown(_weighed(near(fine, best.values), best.values, best.shape), best))
 
 
 def _with_free_shape(coarse: Problem, sized: Sized) -> Sized:
@@ -275,8 +282,7 @@ def _with_free_shape(coarse: Problem, sized: Sized) -> Sized:
     free = free_shape(fine, found, _flawless(fine, begun.values))
     if flat is not None and free.misfit > flat.misfit - BETTER * flat.chi:
         return replace(sized, runs=runs.count)
-    read = told_readings(runs.readings(free.values, free.tread), free.gains, free.zeros)
-    return replace(sized, free=free, runs=runs.count, shown=_shown(runs, free.values, free.tread, read))
+    return replace(sized, free=free, runs=runs.count, shown=_shown(fine, free))
 
 
 def _fine(coarse: Problem, at: Mapping[str, float]) -> Problem:
@@ -370,19 +376,36 @@ def _refitted(
     return fitted(_weighed(problem, values, shape), values, shape, names, steps, known, to_the_end)
 
 
-def _shown(runs: Runs, values: Mapping[str, float], shape: Shape, read: FloatArray) -> ModelPassage:
-    """Return what a fitted wheel does, of which sensors would have `read` so much, N."""
-    passing, record = runs.passing, runs.record(values, shape)
-    rate, first = FINER * passing.rate, passing.lead / passing.rate
+def _shown(problem: Problem, flaw: Fit | FreeShape) -> ModelPassage:
+    """Return what a fitted wheel does, of which a problem has the weights."""
+    runs, passing, values = problem.runs, problem.band.passing, flaw.values
+    record, rate = runs.record(values, flaw.shape), FINER * passing.rate
+    read = told_readings(problem.read(values, flaw.shape), flaw.gains, flaw.zeros)
+    first, waves = passing.lead / passing.rate, _force_of_waves(problem, read)
+
+    def forces(times: FloatArray, own: FloatArray) -> FloatArray:
+        added = waves(np.clip(times - first, 0.0, passing.seconds[-1]))
+        return np.where(own > 0.0, np.maximum(own + added, 0.0), own)
+
     times = np.arange(FINER * (passing.lead + len(passing.readings))) / rate
-    force = np.asarray(record.at(times[times <= record.end]).normal_force)
+    times = times[times <= record.end]
+    force = forces(times, np.asarray(record.at(times).normal_force))
+    peaks = forces(record.peaks.time.values, record.peaks.normal_force.values)[record.peaks.time.values >= first]
     begins = FINER * passing.lead
-    peaks = record.peaks.normal_force.values[record.peaks.time.values >= first]
     window = force[begins:]
     x = np.asarray(passing.place + values[ADVANCE] + values[SPEED] * np.arange(len(window)) / rate)
     largest = max(float(window.max()), float(peaks.max(initial=0.0)))
     below = float(low_passed(force, rate, PEAKS)[begins:].max())
     return ModelPassage(x, window, largest, below, read)
+
+
+def _force_of_waves(problem: Problem, read: FloatArray) -> CubicSpline:
+    """Return the force, N, of the likeliest waves of roughness in what a model leaves, over seconds of the passing."""
+    band, known = problem.band, problem.known
+    left = problem.weights.over(band.taken(band.smooth(band.passing.readings) - read))
+    factors, stiffness = problem.weights.rough_factors(left), contact_stiffness(known[CONTACT], known[FORCE])
+    force = rough_force(band, problem.responses, stiffness, known[MASS], factors, band.passing.x)
+    return CubicSpline(band.passing.seconds, force)
 
 
 def _with_flat(values: Mapping[str, float], one: Candidate, worn: bool) -> dict[str, float]:
@@ -422,19 +445,31 @@ def near(problem: Problem, values: Mapping[str, float]) -> Problem:
 
 def _anchor(runs: Runs, band: Band, values: Mapping[str, float], spread: Mapping[str, float]) -> Anchor:
     """Return where runs are made: on a track and at a speed of these values."""
-    names, passing = [name for name in spread if name.startswith("track.")], runs.passing
-    track = runs.scene.replaced({name: values[name] for name in names})
-    responses = responses_around(passing, track)
+    names = [name for name in spread if name.startswith("track.")]
+    responses = _responses_at(runs, values, names)
 
     @cache
     def slopes() -> dict[str, Transfer]:
         out = {}
         for name in names:
-            other = track.replaced({name: values[name] * float(np.exp(TRACK_STEP))})
-            out[name] = Transfer(band, responses.change_to(responses_around(passing, other), TRACK_STEP), values)
+            other = _responses_at(runs, moved(values, name, TRACK_STEP), names)
+            out[name] = Transfer(band, responses.change_to(other, TRACK_STEP), values)
         return out
 
     return Anchor(values, Transfer(band, responses, values), slopes, {})
+
+
+def read_of_flaw(runs: Runs, flaw: Fit | FreeShape) -> FloatArray:
+    """Return what a flaw adds to what sensors record, up to the highest frequency, N, (samples, sensors)."""
+    names = [name for name in flaw.values if name.startswith("track.")]
+    transfer = Transfer(band_of(runs.passing, runs.highest), _responses_at(runs, flaw.values, names), flaw.values)
+    flawless = runs.forces({**flaw.values, LENGTH: 0.0}, "fresh")
+    return transfer.of(runs.forces(flaw.values, flaw.shape) - flawless) * flaw.gains
+
+
+def _responses_at(runs: Runs, values: Mapping[str, float], names: Sequence[str]) -> Responses:
+    """Return the responses of a track some of whose values are other ones."""
+    return responses_around(runs.passing, runs.scene.replaced({name: values[name] for name in names}))
 
 
 def responses_around(passing: Passing, scene: Scenario) -> Responses:

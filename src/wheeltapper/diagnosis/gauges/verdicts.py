@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from math import exp
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from wheeltapper.diagnosis.faults.rounded_flat import RoundedFlat
 from wheeltapper.diagnosis.faults.wheel_flat import FreshFlat
@@ -54,10 +54,13 @@ class Fitted(Protocol):
         ...
 
 
-def alike_of(fits: Iterable[Fitted], best: Fitted) -> tuple[str, ...]:
-    """Return the faults that readings do not exclude besides the best one."""
+F = TypeVar("F", bound=Fitted)
+
+
+def alike_of(fits: Iterable[F], best: Fitted) -> tuple[F, ...]:
+    """Return the flats that readings do not exclude besides the best one."""
     most = best.misfit + max(TOLD, OF_READINGS * best.readings) * max(1.0, best.chi / best.readings)
-    return tuple(NAMES[one.shape] for one in fits if best.misfit < one.misfit < most)
+    return tuple(one for one in fits if best.misfit < one.misfit < most)
 
 
 def probabilities_of(fits: Iterable[Fitted], best: Fitted, gain: float) -> dict[str, float]:

@@ -138,6 +138,10 @@ class Weights:
         """Return the inverse of the covariance times readings that are over their deviations."""
         return np.asarray(over - self._taken @ (self._taken.T @ over))
 
+    def rough_factors(self, over: FloatArray) -> FloatArray:
+        """Return the likeliest factors of the columns of roughness, of readings that are over their deviations."""
+        return np.asarray(solve_triangular(self._factor, self._taken.T @ over, lower=True, trans="T"))
+
     def square(self, over: FloatArray) -> float:
         """Return χ² of readings that are over their deviations."""
         return float((over**2).sum() - ((self._taken.T @ over) ** 2).sum())

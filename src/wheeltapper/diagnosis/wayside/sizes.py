@@ -34,7 +34,15 @@ from wheeltapper.diagnosis.gauges.passing import (
     passing_without_readings,
 )
 from wheeltapper.diagnosis.gauges.scan import FOUND_FROM, SCREENED, Scan, Seen
-from wheeltapper.diagnosis.gauges.sizing import FIRST_NOISE, Sized, scan_of, size_of, sized_flat, values_of
+from wheeltapper.diagnosis.gauges.sizing import (
+    FIRST_NOISE,
+    Sized,
+    read_of_flaw,
+    scan_of,
+    size_of,
+    sized_flat,
+    values_of,
+)
 from wheeltapper.diagnosis.processes import Lost, in_processes
 from wheeltapper.diagnosis.train import TrainFinding
 from wheeltapper.diagnosis.wayside.channels import Channel
@@ -174,12 +182,15 @@ class Flat(NamedTuple):
         Of the flat, m, and χ² of a reading that its fit leaves.
     window, added
         Samples of the channels, and what it does to them there, N, (samples, sensors).
+    doubt
+        Standard deviation of that.
     """
 
     length: float
     reduced: float
     window: slice
     added: FloatArray
+    doubt: FloatArray
 
     def has_changed(self, before: Flat) -> bool:
         """Return whether it has become another one, or is explained better or worse."""
@@ -254,9 +265,9 @@ class Wheels:
             both = slice(max(own.start, window.start), min(own.stop, window.stop))
             if both.stop > both.start:
                 here = slice(both.start - window.start, both.stop - window.start)
-                added = flat.added[both.start - own.start : both.stop - own.start]
-                readings[here] -= added
-                doubt[here] = np.hypot(doubt[here], TRAVELLED * size_of(added, rail.rate))
+                of_it = slice(both.start - own.start, both.stop - own.start)
+                readings[here] -= flat.added[of_it]
+                doubt[here] = np.hypot(doubt[here], flat.doubt[of_it])
         used &= beside_gauges(rail.sensors, x)
         return replace(self._passing(axle, x, readings, used), doubt=doubt)
 
@@ -300,10 +311,13 @@ class Wheels:
         earlier = flaw.values[SPEED] * (own.start - window.start) / self.rail.rate
         x = self._x(axle, times[:1]) - earlier
         wide = self._passing(axle, x, self.rail.forces[window], ~self.rail.missing[window])
-        runs = Runs(wide, self.rail.known.scene)
-        added = runs.readings(flaw.values, flaw.shape) - runs.readings({**flaw.values, LENGTH: 0.0}, "fresh")
+        runs, rate = Runs(wide, self.rail.known.scene), self.rail.rate
+        added = read_of_flaw(runs, flaw)
+        doubt = TRAVELLED * size_of(added, rate)
+        for other in [] if isinstance(flaw, FreeShape) else sized.not_excluded:
+            doubt = np.hypot(doubt, size_of(read_of_flaw(runs, other) - added, rate))
         length = flaw.parts[0].length if isinstance(flaw, FreeShape) else flaw.values[LENGTH]
-        return Flat(length, flaw.chi / flaw.readings, window, added * flaw.gains)
+        return Flat(length, flaw.chi / flaw.readings, window, added, doubt)
 
     def apart(self, asked: Iterable[int]) -> list[list[int]]:
         """Return groups of wheels that may have flats, the large ones first; none feels a wheel of another group."""
