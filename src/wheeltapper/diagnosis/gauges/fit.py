@@ -140,6 +140,8 @@ class Problem(NamedTuple):
     ----------
     runs, band, responses, anchor, weights, rough
         Of the wheel and the track; what roughness adds to readings, as in `Weights`.
+    beside
+        Standard deviations of what that below other wheels adds, N.
     known
         Values before, by name.
     spread
@@ -154,6 +156,7 @@ class Problem(NamedTuple):
     anchor: Anchor
     weights: Weights
     rough: FloatArray
+    beside: FloatArray
     known: dict[str, float]
     spread: Mapping[str, float]
     gain_spread: FloatArray

@@ -67,6 +67,8 @@ class Passing:
         Standard deviation of the noise of a sample, N.
     doubt
         Standard deviation of what was subtracted from the readings, (samples, sensors), N; None if nothing was.
+    others
+        How far ahead other wheels are, m.
     """
 
     sensors: tuple[BetweenPlaces, ...]
@@ -78,6 +80,7 @@ class Passing:
     static_force: float
     noise: float
     doubt: FloatArray | None = None
+    others: tuple[float, ...] = ()
 
     @property
     def seconds(self) -> FloatArray:

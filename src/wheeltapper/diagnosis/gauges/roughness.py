@@ -50,6 +50,19 @@ def rough_columns(
     return np.asarray(wave_columns(band, responses, stiffness, mass, number) * np.tile(amplitudes, 2))
 
 
+def rough_of_others(band: Band, rough: FloatArray) -> FloatArray:
+    """Return the standard deviations of what the roughness below other wheels adds to readings, N.
+
+    `rough` are the columns of the wheel itself. At each place other wheels give as much as it does.
+    """
+    passing, ends = band.passing, np.cumsum(band.counts)[:-1]
+    out = []
+    for own, picked in zip(np.split((rough**2).sum(axis=1), ends), band.picked.T, strict=True):
+        x = passing.x[picked]
+        out.append(sum((np.interp(x + by, x, own, left=0.0, right=0.0) for by in passing.others), 0.0 * own))
+    return np.asarray(np.sqrt(np.concatenate(out)))
+
+
 def rough_force(
     band: Band, responses: Responses, stiffness: float, mass: float, factors: FloatArray, x: FloatArray
 ) -> FloatArray:

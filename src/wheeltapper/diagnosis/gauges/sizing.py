@@ -23,7 +23,7 @@ from wheeltapper.diagnosis.gauges.free_shape import FreeShape, free_shape, refin
 from wheeltapper.diagnosis.gauges.known import CONTACT, MASS, RADIUS, Known
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs, Shape
 from wheeltapper.diagnosis.gauges.responses import Responses, responses_of
-from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns, rough_force
+from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns, rough_force, rough_of_others
 from wheeltapper.diagnosis.gauges.scan import NEEDED, SCREENED, Candidate, Scan, Seen
 from wheeltapper.diagnosis.gauges.transfer import Transfer
 from wheeltapper.diagnosis.gauges.verdicts import EXPLAINED, NAMES, alike_of
@@ -118,6 +118,8 @@ class Sized:
         as healthy.
     free
         The tread of free shape, if neither a flat nor waves explain the readings; otherwise None.
+    least
+        What lowers χ² by less may be error in what was subtracted from the readings.
     """
 
     fits: Mapping[str, Fit]
@@ -126,6 +128,7 @@ class Sized:
     runs: int
     shown: ModelPassage | None = None
     free: FreeShape | None = None
+    least: float = 0.0
 
     @property
     def best(self) -> Fit | None:
@@ -150,7 +153,10 @@ class Sized:
         """Whether it is worth fitting a tread of free shape."""
         if self.best is not None:
             return self.best.chi > ASKED * self.best.readings
-        return self.seen.gain > SCREENED or self.seen.reduced > ODD
+        if self.fits:
+            nearest = min(self.fits.values(), key=lambda one: one.misfit)
+            return nearest.chi + self.gain > nearest.readings + max(LIKELY, self.least)
+        return self.least == 0.0 and (self.seen.gain > SCREENED or self.seen.reduced > ODD)
 
     @property
     def alike(self) -> tuple[str, ...]:
@@ -175,6 +181,7 @@ def sized_flat(
     gain_spread: FloatArray,
     seen: Seen | None = None,
     before: Sized | None = None,
+    least: float = 0.0,
 ) -> Sized:
     """Return the flat that explains a wheel's readings best, as fresh and as rounded; none of a wheel out of round.
 
@@ -190,9 +197,11 @@ def sized_flat(
         What its readings show, if a scan for wheels alike has told it.
     before
         What was found of the wheel with other readings, as of neighbours that were not known: fits begin there.
+    least
+        As in `Sized`.
     """
     with algebra_on_one_thread():
-        return _sized(passing, known, gain_spread, seen, before)
+        return _sized(passing, known, gain_spread, seen, before, least)
 
 
 def scan_of(passing: Passing, known: Known) -> Scan:
@@ -217,24 +226,26 @@ def coarse_problem(
     return problem_of(runs, values, spread, gain_spread, cutoff, deviation=FIRST_NOISE)
 
 
-def _sized(passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen | None, before: Sized | None) -> Sized:
+def _sized(
+    passing: Passing, known: Known, gain_spread: FloatArray, seen: Seen | None, before: Sized | None, least: float
+) -> Sized:  # fmt: skip
     runs, values = Runs(passing, known.scene), values_of(passing, known)
     coarse = cache(lambda: coarse_problem(runs, values, known.spread, gain_spread))  # none where nothing is fitted
     if seen is None:
         seen = Scan(coarse(), values).seen(passing.readings, passing.used)
-    sized = Sized({}, seen.gain, seen, runs.count)
+    sized = Sized({}, seen.gain, seen, runs.count, least=least)
     if seen.candidates[0].gain >= SCREENED and seen.is_round:
         problem = coarse()
         if before is None or not before.fits:
             begun = _starts_by_shape(problem, _found(problem, seen))
         else:
             begun = {shape: fit.values for shape, fit in before.fits.items()}
-        sized = _flats_of(problem, seen, begun)
+        sized = replace(_flats_of(problem, seen, begun), least=least)
         if sized.best is not None and sized.leaves_much and RADIUS in problem.spread:
             elsewhere = _of_another_radius(problem, begun["fresh"])
             other = sized if elsewhere is None else _flats_of(problem, seen, _starts_by_shape(problem, elsewhere))
             if other.best is not None and other.best.misfit < sized.best.misfit:
-                sized = other
+                sized = replace(other, least=least)
     try:
         return _with_free_shape(coarse(), sized) if sized.leaves_much else sized
     except InputError:  # a tread that no circle rolls over explains nothing
@@ -381,7 +392,7 @@ def _shown(problem: Problem, flaw: Fit | FreeShape) -> ModelPassage:
     runs, passing, values = problem.runs, problem.band.passing, flaw.values
     record, rate = runs.record(values, flaw.shape), FINER * passing.rate
     read = told_readings(problem.read(values, flaw.shape), flaw.gains, flaw.zeros)
-    first, waves = passing.lead / passing.rate, _force_of_waves(problem, read)
+    first, waves = passing.lead / passing.rate, CubicSpline(passing.seconds, _force_of_waves(problem, read))
 
     def forces(times: FloatArray, own: FloatArray) -> FloatArray:
         added = waves(np.clip(times - first, 0.0, passing.seconds[-1]))
@@ -399,13 +410,12 @@ def _shown(problem: Problem, flaw: Fit | FreeShape) -> ModelPassage:
     return ModelPassage(x, window, largest, below, read)
 
 
-def _force_of_waves(problem: Problem, read: FloatArray) -> CubicSpline:
-    """Return the force, N, of the likeliest waves of roughness in what a model leaves, over seconds of the passing."""
+def _force_of_waves(problem: Problem, read: FloatArray) -> FloatArray:
+    """Return the force of the likeliest waves of roughness in what a model leaves of readings, N, at the samples."""
     band, known = problem.band, problem.known
     left = problem.weights.over(band.taken(band.smooth(band.passing.readings) - read))
     factors, stiffness = problem.weights.rough_factors(left), contact_stiffness(known[CONTACT], known[FORCE])
-    force = rough_force(band, problem.responses, stiffness, known[MASS], factors, band.passing.x)
-    return CubicSpline(band.passing.seconds, force)
+    return rough_force(band, problem.responses, stiffness, known[MASS], factors, band.passing.x)
 
 
 def _with_flat(values: Mapping[str, float], one: Candidate, worn: bool) -> dict[str, float]:
@@ -430,9 +440,10 @@ def problem_of(
     band, responses = band_of(passing, cutoff), responses_around(passing, scene)
     stiffness = contact_stiffness(values[CONTACT], values[FORCE])
     rough = rough_columns(band, responses, stiffness, values[MASS])
-    weights = Weights(band.deviations(deviation or band.noise), rough)
+    beside = rough_of_others(band, rough)
+    weights = Weights(np.hypot(band.deviations(deviation or band.noise), beside), rough)
     anchor = _anchor(runs, band, at or values, spread)
-    return Problem(runs, band, responses, anchor, weights, rough, values, spread, gain_spread)
+    return Problem(runs, band, responses, anchor, weights, rough, beside, values, spread, gain_spread)
 
 
 def near(problem: Problem, values: Mapping[str, float]) -> Problem:
@@ -486,7 +497,7 @@ def _weighed(problem: Problem, values: Mapping[str, float], shape: Shape) -> Pro
     """Return a problem with weights that allow for error of the model where a flaw has readings of its own."""
     band = problem.band
     own = problem.read(values, shape) - problem.read({**values, LENGTH: 0.0}, "fresh")
-    error = MODEL_ERROR * band.taken(size_of(own, band.passing.rate))
+    error = np.hypot(MODEL_ERROR * band.taken(size_of(own, band.passing.rate)), problem.beside)
     return problem._replace(weights=Weights(np.hypot(band.deviations(band.noise), error), problem.rough))
 
 

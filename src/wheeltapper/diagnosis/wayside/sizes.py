@@ -69,6 +69,9 @@ UNWEIGHED, FELT = 0.5, 1.0
 m: what the pair reads nearer to it is left out."""
 TRAVELLED = 0.15
 """Error of what flats of other wheels do to a pair, over that: it comes through some metres of track."""
+SHADOWED = 0.15
+"""A flaw must lower χ² by this part of what a neighbour's flat does, which errs by as much: a wheel without a flaw was
+given a flat that lowered it by 0.13 of that."""
 OFF = 0.05
 """Error of what other wheels' loads do to a pair, over that: of the track, of gains, and of what is rough."""
 RATE, LOWEST = 5000.0, 1200.0
@@ -80,6 +83,7 @@ RINGING, QUIET = (200.0, 500.0), (0.28, 0.44)
 """Bands in which channels show their noise, Hz, and over their rate: between them rails on seats ring, near 1 kHz."""
 LOST, REFUSED = "no model is fitted, since its processes died", "no model is fitted: what was recorded resembles no run"
 """Why a wheel was not fitted; those of the first kind are worth another time."""
+SHADOWED_BY = "no flat is told: the best one explains no more than errors in what a neighbour's flat does here could"
 SUREST = 1e-4
 """Least standard deviation of a gain."""
 AROUND = 0.3
@@ -269,7 +273,8 @@ class Wheels:
                 readings[here] -= flat.added[of_it]
                 doubt[here] = np.hypot(doubt[here], flat.doubt[of_it])
         used &= beside_gauges(rail.sensors, x)
-        return replace(self._passing(axle, x, readings, used), doubt=doubt)
+        others = tuple(float(self._x(other, times[:1])[0] - x[0]) for other in self.neighbours(axle))
+        return replace(self._passing(axle, x, readings, used), doubt=doubt, others=others)
 
     def look(self, passing: Passing) -> Seen:
         """Return what a wheel's readings show, by a scan of wheels alike."""
@@ -289,17 +294,24 @@ class Wheels:
                 felt, before = self.felt(axle), self.fitted.get(axle)
                 if axle not in self.unfitted and (before is None or before.has_changed(felt)):
                     try:
-                        self.fitted[axle] = self._fit(axle, felt, before)
+                        fitted = self._fit(axle, felt, before)
+                        sized = fitted.finding.sized
+                        reason = SHADOWED_BY if sized.best is not None and sized.gain < sized.least else ""
                     except InputError as error:  # a wheel that no run of the model resembles
-                        self.unfitted[axle] = f"{REFUSED}: {error}"
+                        reason = f"{REFUSED}: {error}"
+                    if reason:
+                        self.unfitted[axle] = reason
                         self.fitted.pop(axle, None)
+                    else:
+                        self.fitted[axle] = fitted
 
     def _fit(self, axle: int, felt: dict[int, Flat], before: Fitted | None) -> Fitted:
         passing, rail = self.passing(axle), self.rail
         if felt:
             self.seen[axle] = self.look(passing)
         found = None if before is None else before.finding.sized
-        sized = sized_flat(passing, rail.known, rail.gain_spread, self.seen[axle], found)
+        least = SHADOWED * max((self.fitted[other].finding.sized.gain for other in felt), default=0.0)
+        sized = sized_flat(passing, rail.known, rail.gain_spread, self.seen[axle], found, least)
         return Fitted(WheelFinding(sized, passing, rail.known, self.direction), self._flat(axle, sized), felt)
 
     def _flat(self, axle: int, sized: Sized) -> Flat | None:
