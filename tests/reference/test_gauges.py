@@ -37,7 +37,7 @@ from wheeltapper.diagnosis.gauges.passing import (
     passing_without_readings,
 )
 from wheeltapper.diagnosis.gauges.responses import responses_of
-from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns
+from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns, rough_force, rough_of_others
 from wheeltapper.diagnosis.gauges.scan import Scan
 from wheeltapper.diagnosis.gauges.sizing import (
     Known,
@@ -50,9 +50,10 @@ from wheeltapper.diagnosis.gauges.sizing import (
 )
 from wheeltapper.diagnosis.gauges.transfer import Transfer
 from wheeltapper.diagnosis.gauges.verdicts import interval_over
-from wheeltapper.diagnosis.gauges.weighing import band_of
+from wheeltapper.diagnosis.gauges.weighing import Weights, band_of
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.track.section import section_of
+from wheeltapper.record.assessment.filtering import low_passed
 
 RATE, NOISE, SHEAR, TURN = 5e3, 500.0, 2.43e8, 2.0 * np.pi * RADIUS
 PAIRS = tuple((SPACING * k + 0.1, SPACING * k + 0.5) for k in range(6))
@@ -75,11 +76,16 @@ SENSORS = tuple(
 
 
 @cache
-def passages(speed, wheels, differs=True):
-    """Return the places of wheels over time, and what the gauges read; `differs`: on a track other than the model's."""
+def recorded(speed, wheels, differs=True):
+    """Return what wheels do and what the gauges read; `differs`: on a track other than the model's."""
     other = {"pad": 1.04 * PAD, "ballast": 1.1 * BALLAST, "pad_damping": 0.85 * PAD_DAMPING, "hertz": 0.94 * HERTZ}
     line = Line([("pair", *one) for one in PAIRS], shear=SHEAR, per_bay=12, **(other if differs else {}))
-    found = line.recorded(wheels, speed, RATE)
+    return line.recorded(wheels, speed, RATE)
+
+
+def passages(speed, wheels, differs=True):
+    """Return the places of wheels over time, and what the gauges read."""
+    found = recorded(speed, wheels, differs)
     return found.x, found.readings
 
 
@@ -111,16 +117,57 @@ def test_a_slow_force_reads_one_between_the_gauges_and_nothing_beside():
 
 @pytest.mark.slow
 def test_roughness_has_the_size_that_its_columns_say():
+    band, columns, left, _ = rough_wheels()
+    found = [np.std(band.taken(one)) for one in left(0)]
+    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(np.sqrt((columns**2).sum(axis=1).mean()), rel=0.15)
+    behind = 300  # samples: 1.2 m
+    beside = rough_of_others(band._replace(passing=replace(band.passing, others=(-1.2,))), columns)
+    found = np.sqrt(np.mean([np.square(band.taken(one)) for one in left(behind)], axis=0))
+    away = np.concatenate([band.passing.x[picked] for picked in band.picked.T]) - 1.2 < band.passing.x[0]
+    assert np.sqrt(np.mean(found[~away] ** 2)) == pytest.approx(np.sqrt(np.mean(beside[~away] ** 2)), rel=0.15)
+    assert beside[away].max() == 0.0
+    print("N, far away:", np.sqrt(np.mean(found[away] ** 2)))
+    assert np.sqrt(np.mean(found[away] ** 2)) < 0.3 * np.sqrt(np.mean(found[~away] ** 2))
+
+
+@pytest.mark.slow
+def test_what_gauges_read_tells_the_force_of_roughness():
+    band, columns, left, forces = rough_wheels()
+    passing, weights = band.passing, Weights(band.deviations(band.noise), columns)
+    noise = NOISE * np.random.default_rng(3).standard_normal(passing.readings.shape)
+    begin, end = np.searchsorted(passing.x, [PAIRS[0][0], PAIRS[-1][1]])
+    off = []
+    for one, force in zip(left(0), forces, strict=True):
+        factors = weights.rough_factors(weights.over(band.taken(one + band.smooth(noise))))
+        told = rough_force(band, responses(passing), contact_stiffness(HERTZ, 8e4), MASS, factors, passing.x)
+        true, told = (low_passed(each, RATE, 500.0)[begin:end] for each in (force, told))
+        off.append([np.mean((told - true) ** 2), np.mean(true**2)])
+    error, size = np.sqrt(np.mean(off, axis=0))
+    print(f"{size:.0f} N, but for {error:.0f}")
+    assert error < 0.4 * size
+
+
+@cache
+def rough_wheels():
+    """Return a band, its columns, and of wheels on rough rails what roughness adds to readings and to the force.
+
+    The readings after the low-pass are those of wheels that are so many samples behind.
+    """
     wheels = tuple(Wheel(8e4, seed=seed) for seed in range(12))
-    x, readings = passages(20.0, wheels, differs=False)
-    _, (level,) = passages(20.0, (Wheel(8e4),), differs=False)
-    passing = passing_of(x, readings[0], 20.0, 8e4, 1)
+    rough, level = recorded(20.0, wheels, differs=False), recorded(20.0, (Wheel(8e4),), differs=False)
+    x, begin = rough.x, int(np.searchsorted(rough.x, PAIRS[0][0] - 1.4))
+    count = int(np.searchsorted(x, PAIRS[-1][1] + 1.4)) - begin
+    place = x[begin : begin + count]
+    used = np.stack([np.minimum(abs(place - a), abs(place - b)) > 0.06 for a, b in PAIRS], axis=1)
+    passing = Passing(SENSORS, RATE, 0.0 * used, used, float(place[0]), 20.0, 8e4, NOISE)
     band = band_of(passing, HIGHEST)
     columns = rough_columns(band, responses(passing), contact_stiffness(HERTZ, 8e4), MASS)
-    begin = int(np.searchsorted(x, PAIRS[0][0] - 1.4))
-    rows = slice(begin, begin + len(passing.readings))
-    found = [np.std(band.taken(band.smooth((one - level)[:, rows].T))) for one in readings]
-    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(np.sqrt((columns**2).sum(axis=1).mean()), rel=0.15)
+
+    def left(behind):
+        rows = slice(begin - behind, begin - behind + count)
+        return [band.smooth((one - level.readings[0])[:, rows].T) for one in rough.readings]
+
+    return band, columns, left, [one[begin : begin + count] for one in rough.forces - level.forces]
 
 
 def test_responses_go_with_the_seats():

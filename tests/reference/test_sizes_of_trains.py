@@ -4,6 +4,7 @@ import json
 import pickle
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from wheeltapper.diagnosis.processes import Lost
 from wheeltapper.diagnosis.wayside import sizes
 from wheeltapper.diagnosis.wayside.channels import channels_of
 from wheeltapper.diagnosis.wayside.measure import trains_in
-from wheeltapper.diagnosis.wayside.sizes import Wheels, is_lost, rails_of
+from wheeltapper.diagnosis.wayside.sizes import Fitted, Wheels, is_lost, rails_of
 from wheeltapper.faces.cli import main
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.assessment.filtering import low_passed
@@ -272,6 +273,9 @@ def test_wheels_without_a_model_say_why_and_are_not_healthy(monkeypatch):
     train = measured()
     assert not is_lost(train)
     assert any("axles 1 to 2: no model is fitted" in note and "2.78 m" in note for note in train.notes)
+    doubtful = SimpleNamespace(sized=SimpleNamespace(best="a flat", gain=50.0, least=60.0))
+    monkeypatch.setattr(Wheels, "_fit", lambda *_: Fitted(doubtful, None, {}))
+    assert f"axles 1 to 2: {sizes.SHADOWED_BY}" in measured().notes
 
 
 @pytest.mark.slow
