@@ -41,6 +41,7 @@ from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_colu
 from wheeltapper.diagnosis.gauges.scan import Scan
 from wheeltapper.diagnosis.gauges.sizing import (
     Known,
+    Sized,
     _flats_of,
     _starts_by_shape,
     coarse_problem,
@@ -311,7 +312,7 @@ def test_the_flat_of_a_slow_wheel_is_found_from_8_millimetres_beside_it():
     coarse = coarse_problem(Runs(replace(alone, readings=noisy), SCENE), values, SPREAD, np.full(4, 0.05))
     beside = {**true, LENGTH: 0.026, POSITION: -0.792, "vehicle.radius": 1.002 * RADIUS}
     seen = Scan(coarse, values).seen(noisy, coarse.runs.passing.used)
-    found = _flats_of(coarse, seen, _starts_by_shape(coarse, beside))
+    found = _flats_of(coarse, Sized({}, seen.gain, seen, 0), _starts_by_shape(coarse, beside))
     assert found.verdict == "rounded flat"
     assert found.best.values[LENGTH] == pytest.approx(0.034, abs=1.5e-3)
     assert found.best.chi < 1.1 * found.best.readings

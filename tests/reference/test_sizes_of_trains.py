@@ -107,6 +107,9 @@ def test_flats_of_neighbours_are_told_and_sized(tmp_path):
         finding = train.axles[axle]["wheels"][0]["finding"]
         assert finding["verdict"] == ("rounded flat" if worn else "wheel flat"), finding
         assert abs(finding["size"] - length) < 2e-3
+        assert finding["alike"] == (["wheel flat"] if worn else [])
+        if not worn:
+            assert finding["size_interval"] == finding["sizes"]["wheel flat"]["size_interval"]
         low, high = finding["sizes"][finding["verdict"]]["size_interval"]
         assert low < finding["size"] < high
         assert 0.5e-3 < 0.5 * (high - low) < 3e-3
@@ -273,7 +276,7 @@ def test_wheels_without_a_model_say_why_and_are_not_healthy(monkeypatch):
     train = measured()
     assert not is_lost(train)
     assert any("axles 1 to 2: no model is fitted" in note and "2.78 m" in note for note in train.notes)
-    doubtful = SimpleNamespace(sized=SimpleNamespace(best="a flat", gain=50.0, least=60.0))
+    doubtful = SimpleNamespace(sized=SimpleNamespace(is_doubtful=True))
     monkeypatch.setattr(Wheels, "_fit", lambda *_: Fitted(doubtful, None, {}))
     assert f"axles 1 to 2: {sizes.SHADOWED_BY}" in measured().notes
 

@@ -104,16 +104,9 @@ def check_plan(plan: DatasetPlan) -> None:
     """Refuse a plan whose scenario does not run as stated, with a sensor that reads nothing, or an impossible fault."""
     scenario, wheel = timed(plan, plan.scenario), tuple(0 for _ in wheel_axes_of(plan.scenario.vehicle))
     recordings(simulated_quietly(scenario, plan.method), plan.sensors)
-    on_wheels = [type(item).__name__ for item in scenario.irregularities if item.borne == "wheel"]
-    if on_wheels:
-        warn_of(
-            [
-                Note(
-                    f"vehicles labelled healthy have the scenario's own {', '.join(on_wheels)} on their wheels",
-                    doubtful=True,
-                )
-            ]
-        )
+    own = ", ".join(type(item).__name__ for item in scenario.irregularities if item.borne == "wheel")
+    if own and any(one.fault is None for one in plan.conditions):
+        warn_of([Note(f"vehicles labelled healthy have the scenario's own {own} on their wheels", doubtful=True)])
     for condition in plan.conditions:
         fault, size, place = condition.drawn(np.random.default_rng(0))
         if fault is None or size is None or place is None:

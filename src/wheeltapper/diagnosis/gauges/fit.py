@@ -108,10 +108,6 @@ class Fit(NamedTuple):
         by = deviations * self.deviation(name)
         return moved(self.values, name, -by)[name], moved(self.values, name, by)[name]
 
-    def told(self, readings: FloatArray) -> FloatArray:
-        """Return what sensors with its gains and zero lines make of readings, N, (samples, sensors)."""
-        return told_readings(readings, self.gains, self.zeros)
-
 
 class Anchor(NamedTuple):
     """A track, and how a wheel moves along it, for which readings follow from runs; others near it are linear.

@@ -131,10 +131,20 @@ class Sized:
     least: float = 0.0
 
     @property
+    def nearest(self) -> Fit | None:
+        """The fitted flat that explains most, whether the wheel has one or not; None if none was fitted."""
+        return min(self.fits.values(), key=lambda one: one.misfit, default=None)
+
+    @property
     def best(self) -> Fit | None:
         """The flat that explains most; None if the wheel counts as healthy."""
-        best = min(self.fits.values(), key=lambda one: one.misfit, default=None)
+        best = self.nearest
         return None if best is None or self.gain < NEEDED or best.values[LENGTH] < SMALLEST else best
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether the best flat may be error in what was subtracted from the readings."""
+        return self.best is not None and self.gain < self.least
 
     @property
     def verdict(self) -> str:
@@ -152,10 +162,9 @@ class Sized:
     def leaves_much(self) -> bool:
         """Whether it is worth fitting a tread of free shape."""
         if self.best is not None:
-            return self.best.chi > ASKED * self.best.readings
-        if self.fits:
-            nearest = min(self.fits.values(), key=lambda one: one.misfit)
-            return nearest.chi + self.gain > nearest.readings + max(LIKELY, self.least)
+            return not self.is_doubtful and self.best.chi > ASKED * self.best.readings
+        if self.nearest is not None:
+            return self.nearest.chi + self.gain > self.nearest.readings + max(LIKELY, self.least)
         return self.least == 0.0 and (self.seen.gain > SCREENED or self.seen.reduced > ODD)
 
     @property
@@ -240,12 +249,12 @@ def _sized(
             begun = _starts_by_shape(problem, _found(problem, seen))
         else:
             begun = {shape: fit.values for shape, fit in before.fits.items()}
-        sized = replace(_flats_of(problem, seen, begun), least=least)
+        sized = _flats_of(problem, sized, begun)
         if sized.best is not None and sized.leaves_much and RADIUS in problem.spread:
             elsewhere = _of_another_radius(problem, begun["fresh"])
-            other = sized if elsewhere is None else _flats_of(problem, seen, _starts_by_shape(problem, elsewhere))
+            other = sized if elsewhere is None else _flats_of(problem, sized, _starts_by_shape(problem, elsewhere))
             if other.best is not None and other.best.misfit < sized.best.misfit:
-                sized = replace(other, least=least)
+                sized = other
     try:
         return _with_free_shape(coarse(), sized) if sized.leaves_much else sized
     except InputError:  # a tread that no circle rolls over explains nothing
@@ -260,7 +269,7 @@ def _starts_by_shape(coarse: Problem, start: Mapping[str, float]) -> dict[str, M
     return {shape: {**start, LENGTH: longer * start[LENGTH]} for shape, longer in LONGER.items()}
 
 
-def _flats_of(problem: Problem, seen: Seen, begun: Mapping[str, Mapping[str, float]]) -> Sized:
+def _flats_of(problem: Problem, sized: Sized, begun: Mapping[str, Mapping[str, float]]) -> Sized:
     """Return a wheel with the flats that explain its readings best; their fits begin at values by shape."""
     runs, first = problem.runs, _first(problem)
     fine = _fine(problem, begun["fresh"])
@@ -269,7 +278,7 @@ def _flats_of(problem: Problem, seen: Seen, begun: Mapping[str, Mapping[str, flo
     if gain > PROMISING:
         fits = _fits(fine, fits, first, [path for path in problem.spread if path not in first])
         best, gain = _best_with_gain(fine, fits)
-    sized = Sized(fits, gain, seen, runs.count)
+    sized = replace(sized, fits=fits, gain=gain, runs=runs.count, shown=None)
     if sized.best is None:
         return sized
     return replace(sized, shown=_shown(_weighed(near(fine, best.values), best.values, best.shape), best))

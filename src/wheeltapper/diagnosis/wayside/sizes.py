@@ -295,8 +295,7 @@ class Wheels:
                 if axle not in self.unfitted and (before is None or before.has_changed(felt)):
                     try:
                         fitted = self._fit(axle, felt, before)
-                        sized = fitted.finding.sized
-                        reason = SHADOWED_BY if sized.best is not None and sized.gain < sized.least else ""
+                        reason = SHADOWED_BY if fitted.finding.sized.is_doubtful else ""
                     except InputError as error:  # a wheel that no run of the model resembles
                         reason = f"{REFUSED}: {error}"
                     if reason:
