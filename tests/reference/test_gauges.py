@@ -23,7 +23,7 @@ from tests.wayside import (
     Wheel,
 )
 from wheeltapper.diagnosis.gauges.finding import WheelFinding
-from wheeltapper.diagnosis.gauges.fit import Fit, moved
+from wheeltapper.diagnosis.gauges.fit import ARRIVAL, Fit, Search, moved
 from wheeltapper.diagnosis.gauges.outlook import FittedFlat, outlook
 from wheeltapper.diagnosis.gauges.passing import (
     ADVANCE,
@@ -58,6 +58,7 @@ from wheeltapper.record.assessment.filtering import low_passed
 
 RATE, NOISE, SHEAR, TURN = 5e3, 500.0, 2.43e8, 2.0 * np.pi * RADIUS
 PAIRS = tuple((SPACING * k + 0.1, SPACING * k + 0.5) for k in range(6))
+WITHIN = PAIRS[0][0] - 1.4, PAIRS[-1][1] + 1.4
 RAIL = wt.tracks.Rail(bending_stiffness=BENDING, shear_stiffness=SHEAR, mass_per_length=RAIL_MASS, damping=1e-6)
 TRACK = wt.tracks.Ballasted(
     rail=RAIL, spacing=SPACING, pad_stiffness=PAD, pad_damping=PAD_DAMPING, sleeper_mass=SLEEPER,
@@ -93,7 +94,7 @@ def passages(speed, wheels, differs=True):
 def passing_of(x, readings, speed, load, seed):
     """Return what is known of a wheel: noisy readings with wrong gains; place, speed and load are off, too."""
     rng = np.random.default_rng(seed)
-    inside = slice(int(np.searchsorted(x, PAIRS[0][0] - 1.4)), int(np.searchsorted(x, PAIRS[-1][1] + 1.4)))
+    inside = slice(*np.searchsorted(x, WITHIN).tolist())
     gains = 1.0 + 0.05 * rng.standard_normal(len(PAIRS))
     rows = (gains[:, None] * readings[:, inside] + NOISE * rng.standard_normal(readings[:, inside].shape)).T
     place, own = x[inside][0] + 2e-3 * rng.standard_normal(), speed * (1.0 + 1.3e-3 * rng.standard_normal())
@@ -156,8 +157,8 @@ def rough_wheels():
     """
     wheels = tuple(Wheel(8e4, seed=seed) for seed in range(12))
     rough, level = recorded(20.0, wheels, differs=False), recorded(20.0, (Wheel(8e4),), differs=False)
-    x, begin = rough.x, int(np.searchsorted(rough.x, PAIRS[0][0] - 1.4))
-    count = int(np.searchsorted(x, PAIRS[-1][1] + 1.4)) - begin
+    x, begin = rough.x, int(np.searchsorted(rough.x, WITHIN[0]))
+    count = int(np.searchsorted(x, WITHIN[1])) - begin
     place = x[begin : begin + count]
     used = np.stack([np.minimum(abs(place - a), abs(place - b)) > 0.06 for a, b in PAIRS], axis=1)
     passing = Passing(SENSORS, RATE, 0.0 * used, used, float(place[0]), 20.0, 8e4, NOISE)
@@ -220,6 +221,39 @@ def test_readings_on_a_track_that_is_a_little_stiffer_are_linear_in_it():
     assert np.sqrt(np.mean(off[used] ** 2)) < 0.1 * np.sqrt(np.mean((stiffer - as_known)[used] ** 2))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "step"), [(POSITION, 3e-4), ("vehicle.radius", 1e-4), (ADVANCE, 3e-4), (SPEED, 1e-4), (LENGTH, 1e-3)]
+)
+def test_derivatives_of_readings_are_those_of_small_steps_to_both_sides(name, step):
+    """At 12 m/s a wave of the highest frequency is 13 mm long."""
+    passing = passing_at(12.0)
+    runs, values = Runs(passing, SCENE), values_of(passing, Known(SCENE, SPREAD))
+    values |= {LENGTH: 0.04, POSITION: 0.4}
+    problem = problem_of(runs, values, SPREAD, np.full(len(PAIRS), 0.05), HIGHEST)
+    search = Search(problem, "rounded", (name,))
+    now = search.at(values, np.ones(len(PAIRS)), np.zeros(2 * len(PAIRS)))
+    ahead, behind = (problem.read(moved(values, name, by), "rounded") for by in (step, -step))
+    expected = problem.band.taken(ahead - behind) / (2.0 * step)
+    assert np.linalg.norm(search.change(now, name) - expected) < 0.02 * np.linalg.norm(expected)
+
+
+@pytest.mark.slow
+def test_a_strike_at_the_same_time_elsewhere_on_the_track_is_hardly_another():
+    """A wheel and its flat that both are further on: what of the derivatives by both places is left."""
+    passing = passing_at(12.0)
+    runs, values = Runs(passing, SCENE), values_of(passing, Known(SCENE, SPREAD))
+    values |= {LENGTH: 0.04, POSITION: 0.4}
+    problem = problem_of(runs, values, SPREAD, np.full(len(PAIRS), 0.05), HIGHEST)
+    search = Search(problem, "rounded", (POSITION, ADVANCE))
+    now = search.at(values, np.ones(len(PAIRS)), np.zeros(2 * len(PAIRS)))
+    ahead, behind = (problem.read(moved(moved(values, POSITION, by), ADVANCE, by), "rounded") for by in (1e-3, -1e-3))
+    expected = problem.band.taken(ahead - behind) / 2e-3
+    by_place, by_wheel = (search.change(now, name) for name in (POSITION, ADVANCE))
+    assert np.linalg.norm(expected) < 0.1 * np.linalg.norm(by_place)
+    assert np.linalg.norm(by_place + by_wheel - expected) < 0.02 * np.linalg.norm(by_place)
+
+
 def passing_at(speed):
     """Return a wheel without readings."""
     empty = np.zeros((int(6.2 / speed * RATE), len(PAIRS)))
@@ -247,8 +281,12 @@ def test_flats_are_sized_and_fresh_ones_told_from_rounded(speed, load, length, p
     assert not found.alike
     assert found.best is not None
     assert found.best.values[LENGTH] == pytest.approx(length, abs=max(1.5e-3, 0.04 * length))
-    way = found.best.values[POSITION] - place
-    assert abs((way + 0.5 * TURN) % TURN - 0.5 * TURN) < 0.01
+    best = found.best.values
+    way = best[POSITION] - place  # known as well as where the wheel is
+    assert abs((way + 0.5 * TURN) % TURN - 0.5 * TURN) < 2.5 * ARRIVAL
+    late = (best[POSITION] - passing.place - best[ADVANCE]) / best[SPEED] - (place - x[x >= WITHIN[0]][0]) / speed
+    turn = 2.0 * np.pi * best["vehicle.radius"] / best[SPEED]
+    assert abs((late + 0.5 * turn) % turn - 0.5 * turn) < 5e-5
     assert abs(found.best.values[LENGTH] - length) < 2.5 * found.deviation(found.best.shape)
     assert found.best.chi < 1.25 * found.best.readings
 
@@ -312,7 +350,7 @@ def test_the_flat_of_a_slow_wheel_is_found_from_8_millimetres_beside_it():
     coarse = coarse_problem(Runs(replace(alone, readings=noisy), SCENE), values, SPREAD, np.full(4, 0.05))
     beside = {**true, LENGTH: 0.026, POSITION: -0.792, "vehicle.radius": 1.002 * RADIUS}
     seen = Scan(coarse, values).seen(noisy, coarse.runs.passing.used)
-    found = _flats_of(coarse, Sized({}, seen.gain, seen, 0), _starts_by_shape(coarse, beside))
+    found = _flats_of(coarse, Sized({}, seen.gain, seen, 0), _starts_by_shape(coarse, [beside]))
     assert found.verdict == "rounded flat"
     assert found.best.values[LENGTH] == pytest.approx(0.034, abs=1.5e-3)
     assert found.best.chi < 1.1 * found.best.readings

@@ -113,7 +113,7 @@ class _Readings:
         place = passing.time * self.rate * finer
         first = int(place)
         impulse[first : first + 2] = np.array([first + 1.0 - place, place - first]) * self.rate * finer
-        found = impulse[:-1] if cutoff is None else recorded(impulse[:-1], self.rate, cutoff)
+        found = impulse[:-1] if cutoff is None else recorded(impulse[:-1], self.rate, cutoff, finer)
         self.slopes[number, row] -= passing.rise * later * found
 
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.diagnosis.gauges.known import RADIUS
 from wheeltapper.diagnosis.gauges.passing import (
     ADVANCE,
     FORCE,
@@ -34,7 +35,7 @@ FloatArray = NDArray[np.float64]
 ARRIVAL, MEASURED_SPEED, MEASURED_FORCE = 0.01, 0.002, 0.08
 """Standard deviations of where the wheel is at the first sample, m, of its speed and of its static force as measured
 without a model, over these."""
-STEPS = {LENGTH: 2e-3, POSITION: 1e-4, FORCE: 1e-3, "vehicle.radius": 2e-4}
+STEPS = {LENGTH: 2e-3, POSITION: 1e-3, FORCE: 1e-3, RADIUS: 1e-3}
 """Of differences: of positions in m, of all others over the value; 2e-3 where a value is not named."""
 TRACK_STEP = 1e-2
 """The same for values of the track: nothing jumps with them."""
@@ -330,15 +331,30 @@ class Search:
         """Return how compared readings change with a value, N."""
         problem, passing = self.problem, self.problem.band.passing
         if name in (ADVANCE, SPEED):  # the same readings, earlier
-            slope = np.gradient(now.smooth, axis=0) * passing.rate
             by = 1.0 / now.values[SPEED] if name == ADVANCE else passing.seconds[:, None]
-            return problem.band.taken(slope * by)
+            return problem.band.taken(passing.rates(now.smooth) * by)
         if name in problem.track:
             slope = problem.slope(now.values, self.shape, name)
             return problem.band.taken(problem.anchor.transfer.retimed(slope, now.values))
         step = STEPS.get(name, 2e-3)
-        changed = problem.read(moved(now.values, name, step), self.shape)
-        return problem.band.taken((changed - now.smooth) / step)
+        changed, beside = moved(now.values, name, step), self.in_time(now.values, name, step)
+        for other, by in beside.items():
+            changed = moved(changed, other, by)
+        change = problem.band.taken((problem.read(changed, self.shape) - now.smooth) / step)
+        return change - sum(by / step * self.change(now, other) for other, by in beside.items())
+
+    def in_time(self, values: Values, name: str, step: float) -> dict[str, float]:
+        """Return steps of how the wheel moves beside a step of a value, with which its flaw strikes at the same times.
+
+        Readings are far from linear in these times: a wave of the highest frequency passes in the millisecond.
+        """
+        if name == POSITION:
+            return {ADVANCE: step}
+        if name == RADIUS:
+            place = self.shape.place if isinstance(self.shape, Tread) else values[POSITION]
+            ahead = place - self.problem.band.passing.place - values[ADVANCE]
+            return {SPEED: step, ADVANCE: -float(np.expm1(step)) * ahead}
+        return {}
 
     def corrected(self, columns: Mapping[str, FloatArray], now: Now, after: Now) -> dict[str, FloatArray]:
         """Return derivatives that explain how readings changed by a step, changed as little as that takes (Broyden).

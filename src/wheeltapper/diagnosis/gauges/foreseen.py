@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.stats import norm
 
-from wheeltapper.diagnosis.gauges.fit import STEPS, TRACK_STEP, Problem, covariance_of, moved
+from wheeltapper.diagnosis.gauges.fit import TRACK_STEP, Problem, covariance_of, moved
 from wheeltapper.diagnosis.gauges.known import RADIUS, Known
 from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs
 from wheeltapper.diagnosis.gauges.scan import SCREENED, Scan, Strikes
@@ -31,6 +31,8 @@ from wheeltapper.diagnosis.gauges.weighing import Weights
 FloatArray = NDArray[np.float64]
 BEFORE = 0.2
 """Places of the circumference count from so far before the first reading, m."""
+STEPS = {LENGTH: 2e-3, POSITION: 1e-4, RADIUS: 5e-5}
+"""Of differences: of a place in m, of all others over the value; 1e-3 where a value is not named."""
 DRAWN = 64
 """Wheels that are drawn for a probability."""
 FOUND = 0.9
@@ -189,9 +191,9 @@ class Foreseen:
         if name in (ADVANCE, SPEED):
             smooth, passing = problem.read(self.values, "fresh"), self.runs.passing
             by = 1.0 / passing.speed if name == ADVANCE else passing.seconds[:, None]
-            slope = problem.band.taken(np.gradient(smooth, axis=0) * passing.rate * by)
+            slope = problem.band.taken(passing.rates(smooth) * by)
             return np.repeat(slope[:, None], len(places), axis=1)
-        step = TRACK_STEP if name.startswith("track.") else STEPS.get(name, 2e-3)
+        step = TRACK_STEP if name.startswith("track.") else STEPS.get(name, 1e-3)
         if name == POSITION:
             return (self._added(problem, self.values, flat, places + step) - added) / step
         if name == LENGTH:

@@ -196,7 +196,7 @@ class Scan:
 
 def free_columns(band: Band, level: FloatArray, speed: float) -> FloatArray:
     """Return the readings of what is free besides: gain and zero line of each sensor, arrival, and speed."""
-    slope = np.gradient(level, axis=0) * band.passing.rate * 2e-3 / speed
+    slope = band.passing.rates(level) * 2e-3 / speed
     along = np.linspace(-1.0, 1.0, len(level))[:, None]
     moved = np.stack([band.taken(slope), band.taken(slope * along)], axis=1)
     return np.concatenate([band.of_each(level), band.of_each(1e3 * np.ones_like(level)), moved], axis=1)

@@ -21,7 +21,7 @@ from wheeltapper.diagnosis.finding import HEALTHY
 from wheeltapper.diagnosis.gauges.fit import TRACK_STEP, Anchor, Fit, Problem, fitted, moved, told_readings
 from wheeltapper.diagnosis.gauges.free_shape import FreeShape, free_shape, refined, started
 from wheeltapper.diagnosis.gauges.known import CONTACT, MASS, RADIUS, Known
-from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs, Shape
+from wheeltapper.diagnosis.gauges.passing import ADVANCE, FORCE, LENGTH, POSITION, SPEED, Passing, Runs, Shape, Values
 from wheeltapper.diagnosis.gauges.responses import Responses, responses_of
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, rough_columns, rough_force, rough_of_others
 from wheeltapper.diagnosis.gauges.scan import NEEDED, SCREENED, Candidate, Scan, Seen
@@ -42,6 +42,8 @@ FIRST_NOISE = 250.0
 """Standard deviation of the readings then, N: coarse, as values are."""
 ALSO, SHARE = 40.0, 0.35
 """Places of a flat are fitted if what they explain of χ² is less than the best by at most this much, or this share."""
+OPEN = 30.0
+"""Of flats at several places all are fitted below a higher frequency that leave at most so much more than the best."""
 MODEL_ERROR, SMOOTHED = 0.04, 0.004
 """This part of a flat's own readings, averaged over so many seconds, is error of the model."""
 OWN_LENGTH = 0.025
@@ -252,7 +254,7 @@ def _sized(
         sized = _flats_of(problem, sized, begun)
         if sized.best is not None and sized.leaves_much and RADIUS in problem.spread:
             elsewhere = _of_another_radius(problem, begun["fresh"])
-            other = sized if elsewhere is None else _flats_of(problem, sized, _starts_by_shape(problem, elsewhere))
+            other = _flats_of(problem, sized, _starts_by_shape(problem, elsewhere)) if elsewhere else sized
             if other.best is not None and other.best.misfit < sized.best.misfit:
                 sized = other
     try:
@@ -261,11 +263,12 @@ def _sized(
         return replace(sized, runs=runs.count)
 
 
-def _starts_by_shape(coarse: Problem, start: Mapping[str, float]) -> dict[str, Mapping[str, float]]:
-    """Return where fits begin, by shape: a fresh flat, found below a low frequency and fitted below higher ones."""
+def _starts_by_shape(coarse: Problem, starts: Sequence[Mapping[str, float]]) -> dict[str, Mapping[str, float]]:
+    """Return where fits begin, by shape: the best of some fresh flats, fitted below higher and higher frequencies."""
     cutoff = coarse.band.cutoff
     while (cutoff := FARTHER * cutoff) < ENOUGH * coarse.runs.highest:
-        start = _refitted(_up_to(cutoff, coarse, start), start, "fresh", _first(coarse)).values
+        starts = _ahead([_refitted(_up_to(cutoff, coarse, one), one, "fresh", _first(coarse)) for one in starts])
+    start = starts[0]
     return {shape: {**start, LENGTH: longer * start[LENGTH]} for shape, longer in LONGER.items()}
 
 
@@ -325,40 +328,53 @@ def _first(problem: Problem) -> tuple[str, ...]:
     return (LENGTH, POSITION, *(path for path in problem.spread if path == RADIUS), FORCE, ADVANCE, SPEED)
 
 
-def _found(coarse: Problem, seen: Seen) -> dict[str, float]:
-    """Return the fresh flat that explains a wheel's readings best below a low frequency."""
+def _found(coarse: Problem, seen: Seen) -> list[dict[str, float]]:
+    """Return the fresh flats that explain a wheel's readings best below a low frequency."""
     most, names = seen.candidates[0].gain, _first(coarse)
     worth = [one for one in seen.candidates if one.gain > most - max(ALSO, SHARE * most)]
     return _best_of(coarse, [_with_flat(coarse.known, one, RADIUS in names) for one in worth])
 
 
-def _of_another_radius(coarse: Problem, begun: Mapping[str, float]) -> dict[str, float] | None:
-    """Return another fresh flat that explains more below a low frequency; None if none does.
+def _of_another_radius(coarse: Problem, begun: Mapping[str, float]) -> list[dict[str, float]]:
+    """Return other fresh flats that explain readings below a low frequency as well or better.
 
     If only one of a flat's strikes is well seen, the other one may be a wave off: with a radius of its own.
     """
-    here = _best_of(coarse, [{**coarse.known, **{name: begun[name] for name in _first(coarse)}}])
+    here = _best_of(coarse, [{**coarse.known, **{name: begun[name] for name in _first(coarse)}}])[0]
     grown = here[SPEED] / coarse.band.cutoff / (2.0 * np.pi)
     others = [
         {**here, RADIUS: here[RADIUS] + by * grown, POSITION: here[POSITION] - strike * 2.0 * np.pi * by * grown}
         for by in CYCLES
         for strike in STRIKES
     ]
-    found = _best_of(coarse, [here, *others])
-    moved, widened = found[POSITION] - here[POSITION], 2.0 * np.pi * (found[RADIUS] - here[RADIUS])
-    return found if max(abs(moved + strike * widened) for strike in STRIKES) > NEW_PLACE else None
+    return [one for one in _best_of(coarse, [here, *others]) if _strikes_elsewhere(one, here)]
 
 
-def _best_of(coarse: Problem, starts: Sequence[dict[str, float]]) -> dict[str, float]:
-    """Return the fresh flat that explains most of those fitted from some values.
+def _strikes_elsewhere(one: Values, other: Values) -> bool:
+    """Return whether two flats strike at other places."""
+    moved, widened = one[POSITION] - other[POSITION], 2.0 * np.pi * (one[RADIUS] - other[RADIUS])
+    return max(abs(moved + strike * widened) for strike in STRIKES) > NEW_PLACE
+
+
+def _ahead(fits: Sequence[Fit]) -> list[dict[str, float]]:
+    """Return the values of those of several flats that explain nearly as much as the best one, which comes first."""
+    ranked = sorted(fits, key=lambda one: one.misfit)
+    ahead = list[dict[str, float]]()
+    for one in ranked:
+        if one.misfit < ranked[0].misfit + OPEN and all(_strikes_elsewhere(one.values, other) for other in ahead):
+            ahead.append(one.values)
+    return ahead
+
+
+def _best_of(coarse: Problem, starts: Sequence[dict[str, float]]) -> list[dict[str, float]]:
+    """Return the fresh flats that explain most of those fitted from some values.
 
     What is far behind after one step is not fitted on.
     """
     names = _first(coarse)
     begun = [fitted(coarse, start, "fresh", names, steps=1) for start in starts]
     behind = min(one.chi for one in begun) + ALSO
-    ahead = [fitted(coarse, one.values, "fresh", names, 5, one.columns) for one in begun if one.chi <= behind]
-    return min(ahead, key=lambda one: one.chi).values
+    return _ahead([fitted(coarse, one.values, "fresh", names, 5, one.columns) for one in begun if one.chi <= behind])
 
 
 def _best_with_gain(fine: Problem, fits: Mapping[str, Fit]) -> tuple[Fit, float]:

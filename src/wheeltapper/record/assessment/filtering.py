@@ -110,9 +110,8 @@ def oversampled(rate: float) -> int:
     return max(2, ceil(SLOWEST / rate))
 
 
-def recorded(fine: FloatArray, rate: float, cutoff: float) -> FloatArray:
-    """Return what a recorder samples, at a rate, behind its filter, both in Hz, of values `oversampled` as often."""
-    finer = oversampled(rate)
+def recorded(fine: FloatArray, rate: float, cutoff: float, finer: int) -> FloatArray:
+    """Return what a recorder samples, at a rate, behind its filter, both in Hz, of values `finer` times as often."""
     return low_passed(fine, finer * rate, cutoff, RECORDER_ORDER)[::finer]
 
 

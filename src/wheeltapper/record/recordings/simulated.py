@@ -265,4 +265,4 @@ class _SeenBy:
         if cutoff is None:
             return np.asarray(read(self), dtype=float)
         fine = read(_SeenBy(self._run.finer, self._sensor, self._random))
-        return recorded(np.asarray(fine, dtype=float), self._run.rate, cutoff)
+        return recorded(np.asarray(fine, dtype=float), self._run.rate, cutoff, oversampled(self._run.rate))
