@@ -46,8 +46,9 @@ def track(axes: Axes) -> None:
         record = wt.simulate(flat.replaced({"track": one}))
         history = record.history("20 kHz")
         axes.plot(1e3 * history.time, history.normal_force / record.static_force, lw=1.0, label=name)
-    axes.legend(frameon=False, fontsize=9)
-    axes.set(xlabel="time [ms]", ylabel="force / static force", title="a wheel flat on two tracks", xlim=(100, 150))
+    axes.legend(frameon=False, fontsize=9, ncols=2, loc="upper center", columnspacing=1.0)
+    axes.set(xlabel="time [ms]", ylabel="force / static force", title="a wheel flat on two tracks")
+    axes.set(xlim=(100, 150), ylim=(-0.3, 7.5))
 
 
 def research(axes: Axes) -> None:

@@ -170,4 +170,6 @@ def _relative_motion(moved: ComplexArray) -> str:
     signs = np.sign((moved * np.conj(largest)).real) * (np.abs(moved) > 0.1 * np.abs(largest))
     if np.all(signs > 0):
         return "in phase"
+    if len(signs) == 2 and np.all(signs != 0):
+        return "in antiphase"
     return "as " + " ".join({1.0: "+", -1.0: "-", 0.0: "0"}[float(sign)] for sign in signs)

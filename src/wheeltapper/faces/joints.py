@@ -70,10 +70,14 @@ def draw_limits(found: LimitCheck) -> Figure:
     colours = [{"yes": RED, "no": BLUE, "not met": "0.6"}[row.verdict] for row in found]
     axis.barh(rows, ends, color=colours, height=0.6)
     axis.axvline(1.0, color="0.3", linewidth=1.0)
-    axis.set_yticks(rows, [f"{row.name}: {row.rule.text_of(row.allowed)}" for row in found], fontsize=8)
+    axis.grid(visible=False)
+    allowed = [row.rule.text_of(row.allowed) for row in found]
+    names = [row.name if text in row.name else f"{row.name}: {text}" for row, text in zip(found, allowed, strict=True)]
+    axis.set_yticks(rows, names, fontsize=8)
+    box = {"facecolor": axis.get_facecolor(), "edgecolor": "none", "pad": 1.0}  # over the line of what is allowed
     for y, row, end in zip(rows, found, ends, strict=True):
         axis.annotate(
-            row.rule.text_of(row.value), (end, y), (3, 0), textcoords="offset points", va="center", fontsize=8
+            row.rule.text_of(row.value), (end, y), (4, 0), textcoords="offset points", va="center", fontsize=8, bbox=box
         )
     axis.set(xlabel="value over what is allowed", xlim=(0.0, longest), ylim=(len(found) - 0.5, -0.5))
     exceeded = len(found.exceeded)

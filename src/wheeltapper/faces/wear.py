@@ -75,6 +75,8 @@ def draw_wear(wear: xr.Dataset) -> Figure:
     for axis in figure.axes:
         if axis not in (spectrum, growth):
             axis.ticklabel_format(useOffset=False)
+    for axis in (force, share, impacts, strongest):
+        axis.xaxis.get_major_locator().set_params(integer=True)
     figure.suptitle(f"{int(wear.sizes['pass'])} passes: {wear.attrs['ended']}", fontsize=9)
     return figure
 
