@@ -24,11 +24,25 @@ def flaws(figure):
     found = [flaw for axis in figure.axes for flaw in [*_labels(axis), *_legend(axis, renderer), *_lines(axis)]]
     titles = [axis.get_title(loc="left") for axis in figure.axes] + [figure.get_suptitle()]
     found += [f"the title {text!r} holds code" for text in titles if _code(text)]
-    if figure.get_suptitle():
-        box = figure._suptitle.get_window_extent(renderer)
-        if box.x0 < 0 or box.x1 > figure.bbox.width:
-            found.append("the title is cut off")
-    return found
+    return [*found, *_room(figure, renderer)]
+
+
+def _room(figure, renderer):
+    """Yield titles and labels that are cut off by the figure's edge, or lie on those of other axes."""
+    words = [
+        text
+        for axis in figure.axes
+        for text in (axis.title, axis._left_title, axis._right_title, axis.xaxis.label, axis.yaxis.label)
+    ]
+    words = [text for text in words if text.get_text() and text.get_visible()]
+    words += [figure._suptitle] if figure.get_suptitle() else []
+    boxes = [text.get_window_extent(renderer) for text in words]
+    for number, (text, box) in enumerate(zip(words, boxes, strict=True)):
+        if box.x0 < -1 or box.x1 > figure.bbox.width + 1 or box.y0 < -1 or box.y1 > figure.bbox.height + 1:
+            yield f"{text.get_text()!r} is cut off"
+        for other, beside in zip(words[:number], boxes[:number], strict=True):
+            if box.overlaps(beside):
+                yield f"{text.get_text()!r} lies on {other.get_text()!r}"
 
 
 def _code(text):

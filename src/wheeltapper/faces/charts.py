@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,8 @@ MOST_LEVELS, LARGEST_PART = 12, 0.25
 """Most level curves of a map, and the largest share of its cells between two of them at equal distances."""
 MOST_TICKS = 6
 """Most intervals along a panel's axis, so that numbers of five digits have room."""
+TITLE_WIDTH = 45
+"""Most characters in a line of a panel's title."""
 MOST_COLUMNS = 4
 """Largest number of panels beside each other."""
 WITHOUT = "no value, or no reliable gradient"
@@ -286,7 +289,10 @@ def _specificity_text(chart: xr.Dataset, name: str, paths: tuple[str, str]) -> s
     angles = chart[f"{name}_angle"].sel({path: here[path] for path in paths}, method="nearest")
     best = str(angles.parameter.values[int(np.nanargmin(angles.values))]) if np.isfinite(angles.values).any() else ""
     nearest = words(best, _scenario_of(chart))
-    return f"{float(np.nanmin(angles.values)):.1f}° off the {nearest} at the scenario's own values" if best else ""
+    if not best:
+        return ""
+    said = f"{float(np.nanmin(angles.values)):.1f}° off the {nearest} at the scenario's own values"
+    return textwrap.fill(said, TITLE_WIDTH)
 
 
 def _draw_lines(axis: Axes, some: list[Wheel], name: str) -> None:

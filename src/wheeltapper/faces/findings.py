@@ -169,7 +169,7 @@ def draw_design(design: Design) -> Figure:
         axis = figure.add_subplot(whole[1, column])
         for kind in ("designed", "alike", "repeated", "single"):
             own = chart.isel(candidate=chart.kind.values == kind)
-            axis.plot(scale * own[name], own[worse], ".", markersize=2, label=kind)
+            axis.plot(scale * own[name], own[worse], ".", markersize=5, label=kind)
         front = design.front("largest_force" if name == "largest_force" else "total_length")
         values = [one.worst if design.criterion == "worst interval" else one.determinant for one in front]
         ends = [scale * getattr(one, name) for one in front]
