@@ -304,7 +304,9 @@ def test_a_new_file_in_a_room_is_all_that_a_new_kind_needs(tmp_path):
 def test_the_suites_pass_what_is_sound_and_fail_what_is_not_lowered(names, and_of, outcome):
     chosen = f"({' or '.join(names)}) and {and_of}"
     command = [sys.executable, "-m", "pytest", "-n", "0", "-rA", "-p", "tests.conformance.dummies", "-k", chosen]
-    done = subprocess.run([*command, "-m", "slow or not slow", "tests/conformance"], cwd=ROOT, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [*command, "-m", "slow or not slow", "tests/conformance"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
     told = [line for line in done.stdout.splitlines() if line.startswith(("PASSED", "FAILED", "ERROR"))]
     assert {line.partition(" ")[0] for line in told} == {outcome}, done.stdout
     for name in names:
