@@ -118,7 +118,7 @@ class Passing:
     @property
     def finer(self) -> int:
         """How many forces to a sample the recorder's filter takes."""
-        return ceil(FINELY / self.rate)
+        return max(2, ceil(FINELY / self.rate))
 
     @property
     def lead(self) -> int:
