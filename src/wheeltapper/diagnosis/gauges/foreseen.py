@@ -32,7 +32,8 @@ FloatArray = NDArray[np.float64]
 BEFORE = 0.2
 """Places of the circumference count from so far before the first reading, m."""
 STEPS = {LENGTH: 2e-3, POSITION: 1e-4, RADIUS: 5e-5}
-"""Of differences: of a place in m, of all others over the value; 1e-3 where a value is not named."""
+"""Of differences: of a place in m, of all others over the value; 1e-3 where a value is not named. Unlike those of a fit
+they move strikes in time, and are much shorter than a wave."""
 DRAWN = 64
 """Wheels that are drawn for a probability."""
 FOUND = 0.9
