@@ -148,7 +148,7 @@ def test_six_pairs_are_better_in_every_second_crib_than_in_every_crib():
     assert seen["every crib"] / seen["every second crib"] == pytest.approx(1.08, abs=0.02)
     assert seen["every crib"] / seen["designed"] > 1.07
     assert found.gains["every crib"] == pytest.approx(seen["every crib"] / seen["designed"], abs=0.015)
-    assert found.gains_with_model["every crib"] < 1.02
+    assert found.gains_with_model["every crib"] < 1.06
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from wheeltapper.diagnosis.gauges.passing import (
     passing_without_readings,
 )
 from wheeltapper.diagnosis.gauges.scan import SCREENED
-from wheeltapper.diagnosis.gauges.sizing import _weighed, problem_of
+from wheeltapper.diagnosis.gauges.sizing import OWN_LENGTH, _weighed, problem_of
 from wheeltapper.faces.cli import main
 
 from .test_sizes_of_trains import RATE, site
@@ -94,7 +94,7 @@ def test_a_site_of_gauges_is_assessed_and_drawn(tmp_path, capsys):
     assert "wheel flat" in capsys.readouterr().out
     (row,) = json.loads((tmp_path / "found.json").read_text())["flats"]
     assert 0.0 < row["probability"] <= 1.0
-    assert row["half_interval_90"] > 1.645 * 0.025 * 0.03
+    assert row["half_interval_90"] > 1.645 * OWN_LENGTH * 0.03
 
 
 @pytest.mark.parametrize(

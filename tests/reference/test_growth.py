@@ -11,6 +11,7 @@ from tests.looks import flaws
 from wheeltapper.diagnosis.gauges.fit import SURER, Fit, covariance_of
 from wheeltapper.diagnosis.gauges.known import known_of
 from wheeltapper.diagnosis.gauges.shares import shares_of
+from wheeltapper.diagnosis.gauges.sizing import OWN_LENGTH
 
 from .test_gauges import BALLAST, HERTZ, MASS, PAD, PAD_DAMPING, RADIUS
 from .test_sizes_of_trains import site
@@ -38,7 +39,7 @@ def healthy(unseen=MappingProxyType(UNSEEN)):
 def drawn(rng, lengths, share):
     """Return passages of a wheel with flats of these lengths, drawn with the errors that they state.
 
-    `share`: of the variance of the model's error, 2.5 % of the length, that is each passage's own.
+    `share`: of the variance of the model's error, `OWN_LENGTH`, that is each passage's own.
     """
     off, model = rng.standard_normal(len(COMMON)), rng.standard_normal()
     out = []
@@ -51,7 +52,7 @@ def drawn(rng, lengths, share):
             continue
         own, parts = rng.uniform(0.006, 0.013), rng.normal([0.001, 0.0, -0.0025, -0.0025], 0.001)
         error = own * rng.standard_normal() + parts @ off
-        error += 0.025 * (np.sqrt(1.0 - share) * model + np.sqrt(share) * rng.standard_normal())
+        error += OWN_LENGTH * (np.sqrt(1.0 - share) * model + np.sqrt(share) * rng.standard_normal())
         common = dict(zip(COMMON, parts.tolist(), strict=True))
         out.append(flat(float(length * (1.0 + error)), own, common, unseen=unseen))
     return out

@@ -23,7 +23,7 @@ from wheeltapper.diagnosis.gauges.passing import FORCE, LENGTH, POSITION, SPEED,
 from wheeltapper.diagnosis.gauges.responses import Responses, bare_responses
 from wheeltapper.diagnosis.gauges.roughness import contact_stiffness, usual_amplitudes
 from wheeltapper.diagnosis.gauges.scan import NEEDED, SCREENED
-from wheeltapper.diagnosis.gauges.sizing import LONGER, MODEL_ERROR, OWN_LENGTH, SMALLEST, size_of, values_of
+from wheeltapper.diagnosis.gauges.sizing import LONGER, MODEL_ERROR, SMALLEST, size_of, values_of
 from wheeltapper.diagnosis.gauges.weighing import ORDER
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.record.assessment.filtering import low_passed, passed_share
@@ -39,6 +39,9 @@ LENGTHS = (0.012, 0.016, 0.022, 0.03, 0.042, 0.06, 0.085)
 FINER = 4
 """A model's turns have so many places to a bin, and flats are tried at each: what the low-pass leaves of a flat above
 half the rate of bins, a tenth, is folded back in these, and does not move with it."""
+OWN_LENGTH = 0.025
+"""Standard deviation of a length that is error of the model, over the length: more than before gauges, since nobody on
+board knows where seats are."""
 GAIN, GAIN_SPREAD = "gain", 0.03
 """Of the accelerometer, and its standard deviation over it."""
 SHIFT, ARRIVAL = "shift", 5e-3

@@ -80,7 +80,7 @@ class GaugeLayout(NamedTuple):
     deviations
         Standard deviations of the length, m, (wheels, places); wheels are flats at each speed.
     value, with_model
-        The criterion, m, of these deviations: without and with the error of the model, 2.5 % of the length.
+        The criterion, m, of these deviations: without and with the error of the model, 1 % of the length.
     """
 
     kind: str

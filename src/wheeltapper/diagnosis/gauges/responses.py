@@ -129,11 +129,12 @@ def responses_of(section: Section, places: tuple[tuple[float, float], ...], firs
     ends = np.array(places)
     bays = np.floor(ends / section.spacing + NEAR)
     inside, which = np.unique(np.round(ends - bays * section.spacing, 9), return_inverse=True)
-    ahead = forces[:, None] - PLACES * bays.astype(int).ravel()
-    apart = np.arange(ahead.min(), ahead.max() + 1)
+    apart, place = np.divmod(forces[:, None] - PLACES * bays.astype(int).ravel(), PLACES)
+    bay = np.arange(apart.min(), apart.max() + 1)
     gauges = inside + NEAR * section.spacing  # a force at a gauge is behind it, however numbers are rounded
-    field = waves.response(section, omega[:, None, None], apart[:, None] * step, gauges)[..., 3]
-    shear = field[:, ahead - apart[0], which.ravel()].reshape(len(omega), len(forces), -1, 2)
+    where, at = np.arange(PLACES)[:, None, None] * step, gauges - bay[:, None] * section.spacing
+    field = waves.response(section, omega[:, None, None, None], where, at)[..., 3]
+    shear = field[:, place, apart - bay[0], which.ravel()].reshape(len(omega), len(forces), -1, 2)
     beyond = forces[:, None, None] <= ends / step + PLACES * NEAR
     between = beyond[..., 1] & ~beyond[..., 0]
     return bare_responses(section)._replace(first=begin, read=shear[..., 0] - shear[..., 1] - between, ends=ends)

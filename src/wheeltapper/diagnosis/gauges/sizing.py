@@ -46,7 +46,7 @@ OPEN = 30.0
 """Of flats at several places all are fitted below a higher frequency that leave at most so much more than the best."""
 MODEL_ERROR, SMOOTHED = 0.04, 0.004
 """This part of a flat's own readings, averaged over so many seconds, is error of the model."""
-OWN_LENGTH = 0.025
+OWN_LENGTH = 0.01
 """Standard deviation of a length that is error of the model, over the length."""
 UNSETTLED = 1.2
 """A fit whose χ² is more than this times the number of readings is made once more, from where it has come to."""

@@ -90,7 +90,7 @@ def _transfer(rail: ComplexArray, along: FloatArray) -> ComplexArray:
     of_each = rail.shape[:-2]
     _, first, which = np.unique(np.round(along, SAME_LENGTH), return_index=True, return_inverse=True)
     shape = np.broadcast_shapes(of_each, along.shape)
-    if len(first) * np.prod(of_each) >= np.prod(shape):
+    if len(first) * np.prod(of_each) > np.prod(shape):
         return np.asarray(expm(rail * along[..., None, None]))
     lengths = along.ravel()[first]  # they repeat from bay to bay
     found = _exponentials(rail.tobytes(), of_each, lengths.tobytes())
@@ -128,8 +128,8 @@ def response(section: Section, omega: Any, where: Any, at: Any) -> ComplexArray:
     jump = np.array([0.0, 0.0, 0.0, -1.0])[:, None]
     sizes = np.linalg.solve(np.concatenate([-before, after], axis=-1), jump)[..., 0]
     behind = (n > 0) | ((n == 0) & (y >= x))  # here the waves run forwards
-    forwards = sizes[..., 2:] * waves.factors[..., :2] ** np.where(behind, n, 0.0)[..., None]
-    backwards = sizes[..., :2] * waves.factors[..., 2:] ** np.where(behind, 0.0, n)[..., None]
+    forwards = sizes[..., 2:] * waves.factors[..., :2] ** np.maximum(n, 0.0)[..., None]
+    backwards = sizes[..., :2] * waves.factors[..., 2:] ** np.minimum(n, 0.0)[..., None]
     ahead = _transfer(waves.rail, y - 1.0) @ right @ forwards[..., None]
     back = _transfer(waves.rail, y) @ waves.seat @ left @ backwards[..., None]
     unit = section.bending / a**3
