@@ -36,6 +36,8 @@ templates_path = ["_templates"]
 html_theme = "pydata_sphinx_theme"
 html_title = "wheeltapper"
 html_show_sourcelink = False
+html_static_path = ["_static"]
+html_css_files = ["print.css"]
 html_theme_options = {"navigation_with_keys": False, "secondary_sidebar_items": ["page-toc"]}
 
 

@@ -79,7 +79,7 @@ def page(what: Any) -> str:
     found = page_of(what)
     rows = list(found.rows)
     more = [Row("", f"and {len(rows) - MANY} more")] if len(rows) > MANY else []
-    line = f"<div><i>{_text(found.line)}</i></div>" if found.line else ""
+    line = f"<div><i>{escape(found.line)}</i></div>" if found.line else ""
     heading = f"<strong>{_text(found.heading)}</strong>"
     return f'{STYLE}<div class="wheeltapper">{heading}{line}{found.sketch}{_table(rows[:MANY] + more)}</div>'
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, overload
 
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
 STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
 """The style sheet of all figures."""
 CHART, RECORD = "wheeltapper chart", "record.record.Record"
+PICTURES = "image/png", "image/svg+xml", "image/jpeg", "application/pdf"
+"""Kinds of pictures that a notebook shows of a figure."""
 
 
 @overload
@@ -109,7 +113,25 @@ def plot(
             return interactive_figure(figure, path)
         if path is not None:
             save(figure, path)
+    _let_notebooks_show(type(figure))
     return figure
+
+
+def _let_notebooks_show(figures: type[Figure]) -> None:
+    """Let IPython show figures as pictures where it does not yet: it asks pyplot to tell it, which is not used here."""
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    if shell is None:
+        return
+    formatters = shell.display_formatter.formatters
+    if not any(figures in formatters[kind].type_printers for kind in PICTURES):
+        formatters["image/png"].for_type(figures, _as_png)
+
+
+def _as_png(figure: Figure) -> bytes:
+    """Return a figure as a cell of a notebook shows it."""
+    written = BytesIO()
+    figure.savefig(written, format="png", bbox_inches="tight")
+    return written.getvalue()
 
 
 def _checked_options(
