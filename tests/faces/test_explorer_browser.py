@@ -332,3 +332,13 @@ def test_the_page_fits_its_window_in_light_and_dark(
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert page.locator("#form input[type=range]").first.bounding_box()["y"] < 900
     assert page.evaluate("document.documentElement.dataset.theme") == scheme
+
+
+def test_panels_out_of_sight_are_drawn_when_all_is_quiet_so_that_a_print_has_them(
+    server: Server, opened: Callable[..., Any]
+) -> None:
+    page = opened(server.address)
+    page.set_viewport_size({"width": 1200, "height": 300})
+    type_into(page, "speed", "7")
+    page.wait_for_function("() => document.querySelector('#spectrum h2').textContent.startsWith('Spectrum')")
+    assert page.evaluate("document.querySelector('#spectrum').getBoundingClientRect().top") > 300

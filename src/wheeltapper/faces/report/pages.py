@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from itertools import groupby
@@ -37,6 +38,8 @@ LATEST = 1000
 """Largest number of recordings in the index; the table beside it has all."""
 SPARK = (150.0, 26.0, 4.0)
 """Width, height and margin of the picture of a course, pixels."""
+INSIDE = re.compile(r" (?=±|[mu]m\b)|(?<=±) ")
+"""Spaces inside a size with its unit and half its interval, at which no line ends."""
 
 
 @cache
@@ -51,7 +54,7 @@ def _templates() -> Environment:
         "number": lambda value, digits: cell_text(value, f".{digits}f"),
         "signed": lambda value, digits: cell_text(value, f"+.{digits}f"),
         "scaled": lambda value, factor, digits: cell_text(None if value is None else factor * value, f".{digits}f"),
-        "cell": cell_text,
+        "cell": lambda value, form: INSIDE.sub("\u00a0", cell_text(value, form)),
         "shade": lambda finding: MARKS[finding][0],
         "letter": lambda finding: MARKS[finding][1],
     }

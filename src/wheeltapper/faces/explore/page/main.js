@@ -86,10 +86,12 @@ function answered() {
 const form = new Form($("#form"), $("#meaning"), edit);
 const look = (what) => link.send({ do: "look", ...what });
 
-// -- panels out of sight are made after the first picture, and drawn when they come into it ------------------------------
+// -- panels out of sight are made after the first picture, and drawn when they come into it, or when all is quiet: a page
+// may be printed at any time -------------------------------------------------------------------------------------------
 
 const inSight = new Set(), later = new Map(), made = new Map();
-let tellLooked;
+const QUIET = 600;  // ms
+let tellLooked, rest = 0;
 const looked = new Promise((done) => { tellLooked = done; });
 const sight = new IntersectionObserver((entries) => {
   for (const { target, isIntersecting } of entries) {
@@ -116,7 +118,10 @@ function paint(panel, show) {
     show();
     fitting = false;
   };
-  if (panel.view && inSight.has(panel)) work(); else later.set(panel, work);
+  if (panel.view && inSight.has(panel)) { work(); return; }
+  later.set(panel, work);
+  clearTimeout(rest);
+  rest = setTimeout(() => { for (const [one, waiting] of [...later]) if (one.view) waiting(); }, QUIET);
 }
 
 // -- drawing a run ------------------------------------------------------------------------------------------------------
