@@ -2,8 +2,11 @@
 
 import inspect
 import pydoc
+import tomllib
+from pathlib import Path
 
 import pytest
+from jsonschema import Draft202012Validator
 
 import wheeltapper as wt
 from wheeltapper.describe.manual import HEADING, field_descriptions
@@ -14,6 +17,7 @@ from wheeltapper.describe.schema import json_schema
 from wheeltapper.describe.site import Site
 from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.vehicle.base import Vehicle
+from wheeltapper.diagnosis.dataset.plan import DatasetPlan
 
 KINDS = {name: kind for name, kind in nouns_by_name().items() if kind.__module__.startswith("wheeltapper.")}
 
@@ -55,8 +59,8 @@ def test_completion_offers_fields_and_methods_only() -> None:
     assert {"from_toml", "to_toml", "replaced", "irregularities"} <= set(dir(wt.Scenario))
 
 
-@pytest.mark.parametrize("of", [Scenario, Site])
-def test_the_schema_describes_every_field(of: type[Scenario] | type[Site]) -> None:
+@pytest.mark.parametrize("of", [Scenario, Site, DatasetPlan])
+def test_the_schema_describes_every_field(of: type[Noun]) -> None:
     schema = json_schema(of)
     for table in (schema, *schema["$defs"].values()):
         assert "Parameters" not in table["description"]
@@ -65,7 +69,18 @@ def test_the_schema_describes_every_field(of: type[Scenario] | type[Site]) -> No
     assert schema["$defs"]["Spring"]["properties"]["between"]["description"].startswith("What it connects")
 
 
+def test_the_schema_of_a_data_set_takes_the_example_and_refuses_what_no_plan_has() -> None:
+    given = tomllib.loads(Path("examples/flats_dataset.toml").read_text(encoding="utf-8"))
+    sensor = given["sensor"][0]
+    schema = Draft202012Validator(json_schema(DatasetPlan))
+    for right in (given, given | {"scenario": "bump.toml"}, given | {"sensor": sensor}):
+        schema.validate(right)
+    nothing = {name: held for name, held in given.items() if name != "sensor"}
+    for wrong in (given | {"cuont": 3}, nothing, given | {"sensor": [sensor | {"raet": 1}]}):
+        assert not schema.is_valid(wrong)
+
+
 def test_every_kind_that_a_file_may_name_is_in_a_room_or_at_the_front_door() -> None:
     rooms = (wt, wt.contact, wt.creep, wt.irregularities, wt.profiles, wt.sensors, wt.tracks, wt.vehicles, wt.diagnosis)
     offered = {name for room in rooms for name in dir(room)}
-    assert set(KINDS) - offered == {"Start"}
+    assert set(KINDS) - offered == {"Start", "FaultShare"}  # which a file need not name

@@ -8,10 +8,10 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from wheeltapper.describe.manual import HEADING, field_descriptions
+from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.site import Site
 
-UNTYPED = ("Scenario", "Site", "Sensor", "Rail")
+UNTYPED = ("Scenario", "Site", "Sensor", "Rail", "DatasetPlan", "FaultShare")
 """Kinds of tables that need no `type`, because nothing else may stand in their place."""
 
 
@@ -29,7 +29,7 @@ class _WithType(GenerateJsonSchema):
             _take_a_name(out, schema["cls"].published_names())
         out["description"] = out["description"].partition(HEADING)[0].strip()
         for field, words in field_descriptions(schema["cls"]).items():
-            held = out["properties"][field]
+            held = out["properties"].get(field, {})  # none of what no file holds
             held["description"] = f"{words} ({held['description']})" if "description" in held else words
         return out
 
@@ -47,8 +47,8 @@ def _take_a_name(table: JsonSchemaValue, names: list[str]) -> None:
     table["anyOf"] = [{"required": ["name"]}, {"required": others}]
 
 
-def json_schema(of: type[Scenario] | type[Site] = Scenario) -> dict[str, Any]:
-    """Return the JSON schema of a scenario's or a site's file."""
+def json_schema(of: type[Noun] = Scenario) -> dict[str, Any]:
+    """Return the JSON schema of the file of a scenario, a site, or the plan of a data set."""
     out = of.model_json_schema(schema_generator=_WithType, mode="validation")
     out["properties"]["format"] = {"const": 1}
     out["title"] = f"wheeltapper {of.__name__.lower()}"

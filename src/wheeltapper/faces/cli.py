@@ -328,19 +328,22 @@ def paper(
 
 
 @app.command
-def schema(of: Literal["scenario", "site"] = "scenario") -> int:
+def schema(of: Literal["scenario", "site", "dataset"] = "scenario") -> int:
     """Print the JSON schema of the TOML files, for editors.
 
     Parameters
     ----------
     of
-        scenario or site.
+        scenario, site, or dataset for the plan of a data set.
     """
+    from wheeltapper.describe.noun import Noun
     from wheeltapper.describe.scenario import Scenario
     from wheeltapper.describe.schema import json_schema
     from wheeltapper.describe.site import Site
+    from wheeltapper.diagnosis.dataset.plan import DatasetPlan
 
-    print(json.dumps(json_schema(Site if of == "site" else Scenario), indent=2))
+    kinds: dict[str, type[Noun]] = {"scenario": Scenario, "site": Site, "dataset": DatasetPlan}
+    print(json.dumps(json_schema(kinds[of]), indent=2))
     return DONE
 
 

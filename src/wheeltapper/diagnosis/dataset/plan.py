@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import Field, SerializeAsAny, field_validator, model_validator
+from pydantic import ConfigDict, Field, SerializeAsAny, field_validator, model_validator
 
 from wheeltapper.ask.spec import file_digests, flattened_tables, scenario_in
 from wheeltapper.ask.study import field_at, unit_of, value_in_si
@@ -34,6 +34,18 @@ RESERVED = ("passage", "vehicle", "time", "part", "fault", "size", "place", "dis
 """Names of variables that every data set may have; no sensor and no feature may have one of them."""
 PARTS = {"train": 0.8, "validation": 0.1, "test": 0.1}
 """Shares of the parts of a data set, unless others are given."""
+
+
+def _complete_schema(schema: dict[str, Any]) -> None:
+    """Say in the schema what a file may hold: tables of sensors or the path of a site, and the path of a scenario."""
+    fields = schema["properties"]
+    del fields["contents"]
+    one = fields["sensors"]["items"]
+    fields["scenario"] = {"anyOf": [fields["scenario"], {"type": "string"}]}
+    fields["sensor"] = {"anyOf": [one, {"type": "array", "items": one}], "description": "A sensor, or several."}
+    fields["sensors"] = {"anyOf": [{"type": "array", "items": one}, {"type": "string"}]}
+    schema["required"].remove("sensors")
+    schema["anyOf"] = [{"required": ["sensor"]}, {"required": ["sensors"]}]
 
 
 class FaultShare(Noun):
@@ -101,6 +113,8 @@ class DatasetPlan(Noun):
     contents
         Digests of the files that the scenario names, so that a changed file is noticed; written by `from_toml`.
     """
+
+    model_config = ConfigDict(json_schema_extra=_complete_schema)
 
     scenario: Scenario
     sensors: tuple[SerializeAsAny[Sensor], ...]

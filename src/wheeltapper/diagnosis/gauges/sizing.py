@@ -264,10 +264,13 @@ def _sized(
 
 
 def _starts_by_shape(coarse: Problem, starts: Sequence[Mapping[str, float]]) -> dict[str, Mapping[str, float]]:
-    """Return where fits begin, by shape: the best of some fresh flats, fitted below higher and higher frequencies."""
-    cutoff = coarse.band.cutoff
+    """Return where fits begin, by shape: the best of some fresh flats, fitted below higher and higher frequencies.
+
+    All values are free: a wheel and a track that are far from what is known would else lead flats to other places.
+    """
+    cutoff, names = coarse.band.cutoff, (*_first(coarse), *_later(coarse))
     while (cutoff := FARTHER * cutoff) < ENOUGH * coarse.runs.highest:
-        starts = _ahead([_refitted(_up_to(cutoff, coarse, one), one, "fresh", _first(coarse)) for one in starts])
+        starts = _ahead([_refitted(_up_to(cutoff, coarse, one), one, "fresh", names) for one in starts])
     start = starts[0]
     return {shape: {**start, LENGTH: longer * start[LENGTH]} for shape, longer in LONGER.items()}
 
@@ -279,7 +282,7 @@ def _flats_of(problem: Problem, sized: Sized, begun: Mapping[str, Mapping[str, f
     fits = {shape: _refitted(fine, values, shape, first) for shape, values in begun.items()}
     best, gain = _best_with_gain(fine, fits)
     if gain > PROMISING:
-        fits = _fits(fine, fits, first, [path for path in problem.spread if path not in first])
+        fits = _fits(fine, fits, first, _later(problem))
         best, gain = _best_with_gain(fine, fits)
     sized = replace(sized, fits=fits, gain=gain, runs=runs.count, shown=None)
     if sized.best is None:
@@ -326,6 +329,11 @@ def _flawless(problem: Problem, values: Mapping[str, float]) -> Fit:
 def _first(problem: Problem) -> tuple[str, ...]:
     """Return the values by which a flat is fitted first."""
     return (LENGTH, POSITION, *(path for path in problem.spread if path == RADIUS), FORCE, ADVANCE, SPEED)
+
+
+def _later(problem: Problem) -> tuple[str, ...]:
+    """Return the values by which it is fitted besides, once it is near."""
+    return tuple(path for path in problem.spread if path not in _first(problem))
 
 
 def _found(coarse: Problem, seen: Seen) -> list[dict[str, float]]:
