@@ -195,3 +195,18 @@ def test_the_readmes_picture_is_small_and_its_script_draws_it(tmp_path: Path, mo
     assert 20_000 < kept.stat().st_size < 150_000
     runpy.run_path(str(ROOT / "docs" / "readme_picture.py"))["draw"](tmp_path / "drawn.png")
     assert 20_000 < (tmp_path / "drawn.png").stat().st_size < 150_000
+
+
+ON_TWO_PAGES = {
+    ("README.md", "docs/index.rst"): ("eight or nine", "six or seven"),  # digits: docs/theory/accuracy.rst
+    ("README.md", "docs/installation.rst"): ("20 s", "45 s on rails", "80 s for a coach on rails", "in three seconds"),
+    ("README.md", "docs/installation.rst", "pyproject.toml"): ("3.11",),
+}
+"""Numbers that stand on several pages."""
+
+
+@pytest.mark.parametrize("pages", ON_TWO_PAGES)
+def test_numbers_are_the_same_on_all_pages(pages: tuple[str, ...]) -> None:
+    for page in pages:
+        text = " ".join((ROOT / page).read_text(encoding="utf-8").split())
+        assert [words for words in ON_TWO_PAGES[pages] if words not in text] == [], page
