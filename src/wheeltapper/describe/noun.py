@@ -68,6 +68,8 @@ class Noun(BaseModel, Shown, metaclass=NounMeta):
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, validate_default=False)
     _leading: ClassVar[tuple[str, ...]] = ()
     """Names of the fields that may be given without a name, in this order."""
+    _needs_type: ClassVar[bool] = True
+    """Whether a table needs its `type`: not where nothing else may stand in its place."""
 
     def __init_subclass__(cls, *, abstract: bool = False, **options: Any) -> None:
         super().__init_subclass__(**options)

@@ -112,6 +112,8 @@ class Scenario(Noun):
         "equilibrium": static indentation on the path at x = 0, velocity zero; or displacement and velocity.
     """
 
+    _needs_type = False
+
     vehicle: Annotated[Any, OneOf(Vehicle), AfterValidator(wagon_for)]
     track: Annotated[Any, OneOf(Track)] = StiffTrack()
     contact: Annotated[Any, OneOf(Contact)] = Hertz()

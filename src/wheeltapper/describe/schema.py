@@ -11,9 +11,6 @@ from wheeltapper.describe.manual import HEADING, field_descriptions
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
 
-UNTYPED = ("Scenario", "Site", "Sensor", "Rail", "DatasetPlan", "FaultShare")
-"""Kinds of tables that need no `type`, because nothing else may stand in their place."""
-
 
 class _WithType(GenerateJsonSchema):
     """Generator of the schema: it adds the `type` of each noun, and omits fields that a file cannot hold."""
@@ -23,7 +20,7 @@ class _WithType(GenerateJsonSchema):
         name = schema["cls"]._table_type()
         names = {"const": name} if name == schema["cls"].__name__ else {"enum": [name, schema["cls"].__name__]}
         out["properties"] = {"type": names} | out.get("properties", {})
-        if name not in UNTYPED:
+        if schema["cls"]._needs_type:
             out["required"] = ["type", *out.get("required", [])]
         if hasattr(schema["cls"], "published_names"):
             _take_a_name(out, schema["cls"].published_names())

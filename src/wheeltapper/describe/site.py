@@ -116,6 +116,8 @@ class Site(Noun):
         Name of the site.
     """
 
+    _needs_type = False
+
     model_config = ConfigDict(json_schema_extra=_complete_schema)
 
     if TYPE_CHECKING:

@@ -82,6 +82,8 @@ class Sensor(Noun, abstract=True):
         Samples per second, Hz.
     """
 
+    _needs_type = False
+
     written_if_given: ClassVar[tuple[str, ...]] = ("rate",)
     """Fields that are written to files only if they are given; if not, those of a recording hold."""
     quantity: ClassVar[Quantity]

@@ -43,6 +43,8 @@ class Rail(Noun):
         Distance from the neutral axis to the underside of the foot, where strain is computed, m.
     """
 
+    _needs_type = False
+
     bending_stiffness: BendingStiffness
     shear_stiffness: PositiveForce
     mass_per_length: MassPerLength

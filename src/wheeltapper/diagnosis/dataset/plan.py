@@ -61,6 +61,8 @@ class FaultShare(Noun):
         Place on the wheel's circumference, 0 to 1; None: drawn uniformly.
     """
 
+    _needs_type = False
+
     share: Annotated[float, Field(gt=0.0)] = 1.0
     size: Any = None
     place: Share | None = None
@@ -113,6 +115,8 @@ class DatasetPlan(Noun):
     contents
         Digests of the files that the scenario names, so that a changed file is noticed; written by `from_toml`.
     """
+
+    _needs_type = False
 
     model_config = ConfigDict(json_schema_extra=_complete_schema)
 
