@@ -215,11 +215,13 @@ def summary(rows: list[dict[str, Any]]) -> str:
         ends = np.array([one["size_interval"] for one in sized])
         true = np.array([one["length"] for one in sized])
         covered = np.mean((ends[:, 0] <= true) & (true <= ends[:, 1]))
-        half = np.median(0.5 * (ends[:, 1] - ends[:, 0]) / true)
+        halves = 0.5 * (ends[:, 1] - ends[:, 0])
+        beyond = np.count_nonzero(abs(ends.mean(axis=1) - true) > THREE * halves)
         small, large, most = 1e3 * np.quantile(np.abs(error), [0.5, 0.95, 1.0])
         lines.append(
             f"length: {small:.2f} mm off in the median, {large:.2f} for 95 %, {most:.2f} at most; "
-            f"{covered:.2f} in intervals of 90 %, {100 * half:.1f} % wide to each side"
+            f"{covered:.2f} in intervals of 90 %, {100 * np.median(halves / true):.1f} % wide to each side; "
+            f"{beyond} beyond three standard deviations"
         )
         told = [one for one in sized if one["length"] >= 0.03 and one["speed"] <= 30.0]
         right = sum(one["verdict"] == one["kind"] and not one["alike"] for one in told)
@@ -228,8 +230,6 @@ def summary(rows: list[dict[str, Any]]) -> str:
             f"kinds of {len(told)} of 30 mm and more up to 30 m/s: {right} told, {left} left open, "
             f"{len(told) - right - left} wrong"
         )
-        middle, ends = ends.mean(axis=1), np.diff(ends, axis=1)[:, 0] / 2.0
-        lines.append(f"beyond three standard deviations: {np.count_nonzero(abs(middle - true) > THREE * ends)}")
         for name, most, words in FORCES if "force_error" in sized[0] else ():
             off = np.array([one[name] for one in sized])
             lines.append(f"{words}: within {100 * most:.0f} % for {np.mean(abs(off) < most):.2f}, {off.mean():+.3f}")

@@ -1,6 +1,6 @@
 """Whether all of the built pages can be read: in windows of three widths, one of them at 200 %, and in print.
 
-uv run --group docs --group browser python docs/looks.py docs/_build/html
+uv run --group docs --group browser python docs/readable_pages.py docs/_build/html
 
 No page is wider than its window, nothing is cut in print, and each word is on paper. It needs Chromium and pdftotext.
 """
@@ -8,7 +8,6 @@ No page is wider than its window, nothing is cut in print, and each word is on p
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -16,6 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from playwright.sync_api import sync_playwright
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from tests.faces.chromium import CHROMIUM, FLAGS
 
 WIDTHS = 1280, 640, 360
 """Of windows, in CSS pixels; 640 is a window of 1280 at 200 %."""
@@ -31,7 +34,6 @@ SAID = """() => {
     const hidden = [...document.querySelectorAll('.sd-hide-link-text')].map((one) => one.innerText);
     return [document.querySelector('article').innerText, hidden.join(' ')];
 }"""
-FLAGS = "--no-sandbox", "--disable-gpu", "--disable-background-networking"
 
 
 def words(text: str) -> set[str]:
@@ -64,7 +66,7 @@ def main() -> int:
     files = [one for one in sorted(built.rglob("*.html")) if not any(name in one.parts for name in NOT_READ)]
     flawed = 0
     with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         page = browser.new_page()
         page.route("http*://**", lambda route: route.abort())  # formulas stay as they are written
         for file in files:

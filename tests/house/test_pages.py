@@ -69,6 +69,7 @@ def test_pages_are_small_and_whole_and_run_nothing(shown, monkeypatch):
 
 def test_a_record_tells_its_outcome_and_a_noun_its_fields_with_units(shown):
     record = text_of(shown["record"]._repr_html_())
+    assert "11 impacts, largest force 5.566 of static" in record
     assert str(shown["record"]) in record  # whole, however long
     assert "105.82 kN" in record
     scenario = text_of(shown["scenario"]._repr_html_())
