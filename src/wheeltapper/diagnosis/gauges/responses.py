@@ -97,13 +97,21 @@ class Responses(NamedTuple):
         The part of a pair that stands between its gauges is the mean over what is up to `half` m from each place.
         """
         lower, share = self._between(frequencies)
-        along, beside = np.divmod((x - self.seat) * PLACES / self.spacing - self.first, 1.0)
-        left = np.clip(along.astype(int), 0, self.read.shape[1] - 2)
+        left, beside = self.beside_places(x)
         read = (1.0 - share)[:, None, None] * self.read[lower] + share[:, None, None] * self.read[lower + 1]
         found = (1.0 - beside)[:, None] * read[:, left] + beside[:, None] * read[:, left + 1]
+        return np.asarray(np.moveaxis(found, 2, 0) + self.between_gauges(x, half)[:, None])
+
+    def beside_places(self, x: FloatArray) -> tuple[NDArray[np.int64], FloatArray]:
+        """Return behind which of the places of `read` places are, and how far from it to the next one."""
+        along, beside = np.divmod((x - self.seat) * PLACES / self.spacing - self.first, 1.0)
+        return np.clip(along.astype(np.int64), 0, self.read.shape[1] - 2), beside
+
+    def between_gauges(self, x: FloatArray, half: float) -> FloatArray:
+        """Return which share of what is up to `half` m from each place is between gauges, (sensors, places)."""
         behind, ahead = (self.ends + self.seat).T[..., None]
         between = np.minimum(x + half, ahead) - np.maximum(x - half, behind)
-        return np.asarray(np.moveaxis(found, 2, 0) + np.clip(between / (2.0 * half), 0.0, 1.0)[:, None])
+        return np.asarray(np.clip(between / (2.0 * half), 0.0, 1.0))
 
     def change_to(self, other: Responses, step: float) -> Responses:
         """Return by how much another track answers otherwise, over a step."""
@@ -133,7 +141,7 @@ def responses_of(section: Section, places: tuple[tuple[float, float], ...], firs
     bay = np.arange(apart.min(), apart.max() + 1)
     gauges = inside + NEAR * section.spacing  # a force at a gauge is behind it, however numbers are rounded
     where, at = np.arange(PLACES)[:, None, None] * step, gauges - bay[:, None] * section.spacing
-    field = waves.response(section, omega[:, None, None, None], where, at)[..., 3]
+    field = waves.response(section, omega[:, None, None, None], where, at, waves.SHEAR)
     shear = field[:, place, apart - bay[0], which.ravel()].reshape(len(omega), len(forces), -1, 2)
     beyond = forces[:, None, None] <= ends / step + PLACES * NEAR
     between = beyond[..., 1] & ~beyond[..., 0]
@@ -145,7 +153,7 @@ def bare_responses(section: Section) -> Responses:
     frequencies = _frequencies()
     within = np.arange(PLACES + 1) * section.spacing / PLACES
     omega = 2.0 * np.pi * np.maximum(frequencies, LOWEST)
-    under = waves.response(section, omega[:, None], within, within)[..., 0]
+    under = waves.response(section, omega[:, None], within, within, waves.DEFLECTION)
     return Responses(
         frequencies, section.spacing, under, 0, np.zeros((len(omega), 2, 0), dtype=complex), np.zeros((0, 2))
     )

@@ -32,6 +32,8 @@ EARLIER = 4.0
 """A low-pass without phase has an answer from so many periods of its cut-off before an impulse."""
 AFTER = 256
 """Samples without force behind a run, so that its end is not felt at its beginning."""
+TOGETHER = 32
+"""Rows that are made at once, so that what they are made of stays near the processor."""
 
 
 class Transfer:
@@ -54,21 +56,29 @@ class Transfer:
         self._lead, step = passing.lead // every, every / passing.rate
         self._forces = self._lead + len(range(0, len(passing.readings), every))
         frequencies = responses.frequencies[responses.frequencies <= PASSED * cutoff]
-        times = np.asarray((np.arange(self._forces) - self._lead) * step, dtype=float)
-        x = passing.place + self._advance + self._speed * times
-        read = responses.readings(frequencies, x, 0.5 * step * self._speed)
         size: FloatArray = (
             band.gain(frequencies) * np.where(frequencies > 0.0, 2.0, 1.0) * responses.frequencies[1] * step
         )
         count = int(1.0 / (responses.frequencies[1] * step))
         lags = np.arange(count)[::-1] - min(count // 4, int(EARLIER / (cutoff * step)))
         turn = np.exp(2j * np.pi * frequencies[:, None] * lags * step) * size[:, None]
-        answers = np.concatenate([read.real, -read.imag], axis=1).transpose(0, 2, 1) @ np.vstack([turn.real, turn.imag])
         self._first = self._lead - int(lags[0])  # of the forces from which the first row follows
-        rows = np.arange(0, len(passing.readings), band.every) // every
-        at = self._first + rows[:, None] + np.arange(count)
-        self._at = np.clip(at, 0, self._forces - 1)
-        self._answers = np.where(at == self._at, answers[:, self._at, np.arange(count)], 0.0)
+        self._stride, rows = band.every // every, len(range(0, len(passing.readings), band.every))
+        read = np.ascontiguousarray(responses.read[: len(frequencies)].transpose(2, 1, 0))
+        parts = np.concatenate([read.real, -read.imag], axis=2)
+        known = parts @ np.concatenate([turn.real, turn.imag])  # of forces at the places of the responses, by lag
+        rising, at_once = np.diff(known, axis=1), turn.real.sum(axis=0)
+        times = np.arange(-int(lags[0]), rows * self._stride - int(lags[-1])) * step
+        x = np.asarray(passing.place + self._advance + self._speed * times, dtype=float)
+        left, beside = responses.beside_places(x)
+        between = responses.between_gauges(x, 0.5 * step * self._speed)
+        self._answers = np.empty((len(known), rows, count))
+        for first in range(0, rows, TOGETHER):
+            some = slice(first, first + TOGETHER)
+            at = self._stride * np.arange(rows)[some, None] + np.arange(count)
+            flat, share = left[at] * count + np.arange(count), beside[at]
+            for answers, own, next_less, crossed in zip(self._answers, known, rising, between, strict=True):
+                answers[some] = own.take(flat) + share * next_less.take(flat) + at_once * crossed[at]
         self._count = passing.lead + len(passing.readings) + AFTER
         whole = np.fft.rfftfreq(self._count, 1.0 / passing.rate)
         self.frequencies = whole[whole < PASSED * cutoff]
@@ -82,9 +92,8 @@ class Transfer:
         taken = self._taken(forces if self._every == 1 else low_passed(
             forces, passing.rate, BELOW * passing.rate / self._every, ORDER
         ))  # fmt: skip
-        count = self._at.shape[1]
-        windows = sliding_window_view(np.pad(taken, count), count)[count + self._first :: every // self._every]
-        rows = np.einsum("srl,rl->rs", self._answers, windows[: len(self._at)])
+        windows = sliding_window_view(self._padded(taken), self._answers.shape[2])[:: self._stride]
+        rows = np.einsum("srl,rl->rs", self._answers, windows[: self._answers.shape[1]])
         if every == 1:
             return np.asarray(rows)
         readings = resample_poly(rows, every, 1, padtype="line")[: len(passing.readings)]
@@ -106,17 +115,24 @@ class Transfer:
 
     def of_spectra(self, spectra: ComplexArray) -> FloatArray:
         """Return the compared readings, N, (readings, columns)."""
-        return np.asarray(self._compared @ self._taken(np.fft.irfft(spectra, self._count, axis=0)))
+        return np.asarray(self._compared @ self._padded(self._taken(np.fft.irfft(spectra, self._count, axis=0))))
 
     @cached_property
     def _compared(self) -> csr_array:
-        """The operator from forces to the compared readings."""
+        """The operator from padded forces to the compared readings."""
+        _, rows, count = self._answers.shape
         own = self.band.picked[:: self.band.every].T
-        count = self._at.shape[1]
-        at = np.concatenate([self._at[one] for one in own])
         answers = np.concatenate([answers[one] for answers, one in zip(self._answers, own, strict=True)])
+        first = self._stride * np.concatenate([np.flatnonzero(one) for one in own])
+        at = first[:, None] + np.arange(count)
         ends = count * np.arange(len(at) + 1)
-        return csr_array((answers.ravel(), at.ravel(), ends), shape=(len(at), self._forces))
+        return csr_array((answers.ravel(), at.ravel(), ends), shape=(len(at), rows * self._stride + count))
+
+    def _padded(self, forces: FloatArray) -> FloatArray:
+        """Return the forces from which the rows follow, from the first one on, with zeros where there are none."""
+        _, rows, count = self._answers.shape
+        own = forces[self._first :][: rows * self._stride + count]
+        return np.pad(own, [(0, rows * self._stride + count - len(own)), *[(0, 0)] * (own.ndim - 1)])
 
     def _taken(self, smooth: FloatArray) -> FloatArray:
         """Return forces without high frequencies at the times at which they are taken."""

@@ -206,10 +206,9 @@ def _sampled_force(rows: Rows, step: IntArray, theta: FloatArray, pulls: bool) -
     force, counts = np.zeros(len(theta)), rows["nodes"].astype(int)
     for count in np.unique(counts[counts > 1]).tolist():
         own, some = counts == count, np.flatnonzero(counts[index] == count)
-        coefficients = np.zeros((len(rows), count))
-        coefficients[own] = rows["forces"][own, :count] @ gauss_nodes(count).transform.T
-        values = np.asarray(legendre.legvander(2.0 * sigma[some] - 1.0, count - 1), dtype=float)
-        force[some] = (coefficients[index[some]] * values).sum(axis=1)
+        coefficients = np.zeros((count, len(rows)))
+        coefficients[:, own] = gauss_nodes(count).transform @ rows["forces"][own, :count].T
+        force[some] = legendre.legval(2.0 * sigma[some] - 1.0, coefficients[:, index[some]], tensor=False)
     return force if pulls else np.maximum(force, 0.0)
 
 
