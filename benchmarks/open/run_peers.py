@@ -3,8 +3,9 @@
     python benchmarks/open/run_peers.py RESULTS_FOLDER [--program dop853] [--case NAME]
 
 `dop853` (SciPy) and `cvode` (SUNDIALS' Adams method by scikit-sundae) are what a careful user writes: events, a restart
-at each of them, tolerances of 1e-12. `naive` is SciPy's RK45 with its default tolerances over the whole duration. It
-looks for losses and maxima at its own steps, and runs what needs no other change of the equations.
+at each of them, tolerances of 1e-12. `heyoka` gets the regularised equations (`run_heyoka.py`), but for rails: they
+would be compiled at each of their elements. `naive` is SciPy's RK45 with its default tolerances over the whole
+duration. It looks for losses and maxima at its own steps, and runs what needs no other change of the equations.
 """
 
 from __future__ import annotations
@@ -245,6 +246,10 @@ def naive(case: dict[str, Any]) -> list[Row]:
 def run(name: str, program: str) -> list[Row] | None:
     """Return the answer of a program to a case, or None where it does not run it."""
     case = read(name)
+    if program == "heyoka":
+        from run_heyoka import Taylor
+
+        return None if "track" in case else Taylor(case).run()
     if program != "naive":
         return (InTime if program == "dop853" else Cvode)(case).run()
     left_out = case["family"] in ("rails", "plastic") or "friction" in case or "start" in case
@@ -254,7 +259,7 @@ def run(name: str, program: str) -> list[Row] | None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--program", default="dop853", choices=("dop853", "cvode", "naive"))
+    parser.add_argument("--program", default="dop853", choices=("dop853", "cvode", "heyoka", "naive"))
     parser.add_argument("--case", choices=names())
     options = parser.parse_args()
     for name in [options.case] if options.case else names():

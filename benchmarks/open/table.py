@@ -21,6 +21,7 @@ PROGRAMS: dict[str, Callable[[str], list[Row] | None]] = {
     "wheeltapper, strict": lambda name: run_wheeltapper.run(name, "strict"),
     "SciPy DOP853": lambda name: run_peers.run(name, "dop853"),
     "CVODE Adams": lambda name: run_peers.run(name, "cvode"),
+    "heyoka": lambda name: run_peers.run(name, "heyoka"),
     "naive RK45": lambda name: run_peers.run(name, "naive"),
 }
 RESULTS, AGREEMENT = HERE / "results.csv", HERE / "agreement.csv"
