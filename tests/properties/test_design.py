@@ -289,12 +289,9 @@ def small(**changes):
     return design_site(site(CALIBRATED), **asked)
 
 
-def test_names_that_others_have_replaced_work_and_warn():
-    with (
-        pytest.warns(DeprecationWarning, match=r'number is now rail=\{"number": ...\}'),
-        pytest.raises(wt.InputError, match="number: found 0"),
-    ):
-        design_site(site(CALIBRATED), number=0)
+def test_names_of_the_rail_are_known():
+    with pytest.raises(wt.InputError, match="number: found 0"):
+        design_site(site(CALIBRATED), rail={"number": 0})
     with pytest.raises(wt.InputError, match="did you mean 'heights'"):
         design_site(site(CALIBRATED), rail={"height": (1e-4, 1e-3)})
     with pytest.raises(TypeError, match="heigths"):

@@ -116,17 +116,6 @@ def test_two_rails_exchange_twice_the_energy_of_one():
         assert two[name] == pytest.approx(2.0 * one[name], rel=1e-9)
 
 
-def test_former_names_are_read_for_one_version_with_a_warning():
-    energy = wt.simulate(FLAT.replaced({"contact.hysteresis": 0.1, "duration": 0.02})).energy
-    with pytest.warns(FutureWarning, match=r"energy.into_contact is now elastic_contact \+ dissipated_contact"):
-        assert energy.into_contact == energy.elastic_contact + energy.dissipated_contact
-    with pytest.warns(FutureWarning, match=r"energy.given_to_track is now into_track"):
-        assert energy["given_to_track"].identical(energy["into_track"])
-    assert "into_contact" not in energy
-    with pytest.raises(AttributeError):
-        _ = energy.nothing
-
-
 def test_impulses_do_not_wait_for_the_balance():
     record = wt.simulate(FLAT)
     assert record.impacts.sizes["impact"] == 1

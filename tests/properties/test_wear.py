@@ -251,14 +251,6 @@ def test_pictures(tmp_path):
 # -- what is refused -------------------------------------------------------------------------------------------------
 
 
-def test_the_older_names_of_what_scatters_still_work_and_say_what_has_replaced_them():
-    with pytest.warns(DeprecationWarning, match=r'speed_scatter is now scatter=\{"speed": \.\.\.\}'):
-        older = wt.wear_in(scene(), 2, speed_scatter=0.02, seed=7)
-    np.testing.assert_array_equal(older.speed, wt.wear_in(scene(), 2, scatter={"speed": 0.02}, seed=7).speed)
-    with pytest.raises(TypeError, match="sped_scatter"):
-        wt.wear_in(scene(), 2, sped_scatter=0.02)
-
-
 @pytest.mark.parametrize(
     ("changes", "options", "words"),
     [

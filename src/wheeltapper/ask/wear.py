@@ -20,7 +20,7 @@ from wheeltapper.ask.spec import file_digests
 from wheeltapper.ask.wear_files import beside_of, locked_file, unwritable_error
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.base import Vehicle
-from wheeltapper.ground.arguments import as_count, as_path, as_quantity, as_table, with_older
+from wheeltapper.ground.arguments import as_count, as_path, as_quantity, as_table
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.ground.progress import Progress, progress_counter, progress_shown
@@ -65,15 +65,7 @@ PER_PASS: dict[str, tuple[str, str]] = {
 """Variables of the result that have one value per pass: unit and meaning."""
 
 
-class OlderScatter(TypedDict, total=False):
-    """What `scatter` has replaced."""
-
-    speed_scatter: float
-    load_scatter: float
-    start_scatter: float
-
-
-class Options(OlderScatter, total=False):
+class Options(TypedDict, total=False):
     """Options of `wear_in`."""
 
     hardening: float
@@ -104,7 +96,6 @@ def wear_in(
     store: str | Path | None = None,
     threads: int | None = None,
     progress: Progress = True,
-    **older: Unpack[OlderScatter],
 ) -> xr.Dataset | list[xr.Dataset]:
     """Let many wheels pass over a rail; each pass starts with the surface that the last one left.
 
@@ -145,8 +136,6 @@ def wear_in(
         Number of scenarios that are computed at a time; by default one per core.
     progress
         As for `wheeltapper.simulate`.
-    older
-        `speed_scatter`, `load_scatter` and `start_scatter`: names that `scatter` has replaced.
 
     Returns
     -------
@@ -166,7 +155,6 @@ def wear_in(
     passes, every, samples = as_count(passes, "passes"), as_count(every, "every"), as_count(samples, "samples")
     check_method(method)
     given = as_table(scatter, "scatter", f"a table over {', '.join(SCATTER)}, vehicles")
-    given = with_older(given, older, {f"{name}_scatter": name for name in SCATTER}, "scatter")
     passing = _checked_vehicles(given.pop("vehicles", ()))
     options = _checked_scatter(hardening, given, seed)
     if isinstance(scenario, Scenario | str | Path):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 from math import inf, isfinite
 from numbers import Integral
@@ -113,16 +112,6 @@ def as_between(given: Any, field: str, low: float, high: float) -> float:
     if not low < number < high:
         raise InputError("", field, value_text(given), f"between {low:g} and {high:g}")
     return number
-
-
-def with_older(given: dict[str, Any], older: Mapping[str, Any], names: Mapping[str, str], field: str) -> dict[str, Any]:
-    """Return values by name, with those given by older keywords; `names` gives the new name of each of these."""
-    for name, value in older.items():
-        if name not in names:
-            raise TypeError(f"an unexpected keyword argument {name!r}")
-        warnings.warn(f'{name} is now {field}={{"{names[name]}": ...}}', DeprecationWarning, stacklevel=4)
-        given.setdefault(names[name], value)
-    return given
 
 
 def check_choice(given: Any, field: str, allowed: Iterable[str]) -> None:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-from typing import Any
-
 import xarray as xr
 
 from wheeltapper.lower.lowered.base import Terms
@@ -42,38 +39,9 @@ MEANINGS = {
     "relative_imbalance": "magnitude of the imbalance over the energy exchanged",
 }
 LOSSES = tuple(name for name in TERMS if name.startswith("dissipated_"))
-FORMER = {
-    "into_contact": ("elastic_contact", "dissipated_contact"),
-    "friction": ("dissipated_creep",),
-    "element_friction": ("dissipated_friction",),
-    "given_to_track": ("into_track",),
-}
-"""Names of before, which are answered for one version, and the terms whose sum is what they named."""
 
 
-class Energies(xr.Dataset):  # type: ignore[no-untyped-call]
-    """An energy balance. Former names of its terms still work for one version, with a warning."""
-
-    __slots__ = ()
-
-    def __getitem__(self, key: Any) -> Any:
-        """Return a term by its name, or what `xarray.Dataset` returns."""
-        terms = FORMER.get(key, ()) if isinstance(key, str) else ()
-        return _former(self, key, terms) if terms and key not in self else super().__getitem__(key)
-
-    def __getattr__(self, name: str) -> Any:
-        """Return a term as an attribute."""
-        terms = FORMER.get(name, ())
-        return _former(self, name, terms) if terms else super().__getattr__(name)
-
-
-def _former(energies: Energies, name: str, terms: tuple[str, ...]) -> Any:
-    now = " + ".join(terms)
-    warnings.warn(f"energy.{name} is now {now}; the old name will go", FutureWarning, stacklevel=3)
-    return sum((energies[term] for term in terms[1:]), energies[terms[0]])
-
-
-def energies(balance: Terms) -> Energies:
+def energies(balance: Terms) -> xr.Dataset:
     """Return an energy balance in J; terms that are not there are zero, and `dissipated` is the sum of its parts."""
     terms, exchanged, joule, more = balance
     values = {name: terms.get(name, 0.0) for name in TERMS} | {name: terms[name] for name in OF_RAILS if name in terms}
@@ -88,4 +56,4 @@ def energies(balance: Terms) -> Energies:
     variables |= {name: ((), value, {"units": ""}) for name, value in shares.items()}
     for name, (_, _, attributes) in variables.items():
         attributes["long_name"] = MEANINGS[name]
-    return Energies(variables)
+    return xr.Dataset(variables)

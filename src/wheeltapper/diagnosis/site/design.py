@@ -39,7 +39,6 @@ from wheeltapper.ground.arguments import (
     as_table,
     check_choice,
     check_flag,
-    with_older,
 )
 from wheeltapper.ground.errors import InputError, with_suggestion
 from wheeltapper.ground.progress import Progress, progress_shown
@@ -170,7 +169,6 @@ def design_site(
     budget: int = 2000,
     seed: int = 0,
     progress: Progress = True,
-    **older: Any,
 ) -> Design | GaugeDesign:
     """Design the rail over a deck for most information on some fields, or find the best places of gauges.
 
@@ -217,8 +215,6 @@ def design_site(
         layout.
     progress
         As for `wheeltapper.simulate`.
-    older
-        Older keywords for the entries of `rail`, which has replaced them.
 
     Returns
     -------
@@ -236,7 +232,7 @@ def design_site(
     if place.track is not None:
         of_deck = (parameters, vary, criterion, one_gauge, trigger, budget, seed)
         unfit = [name for (name, usual), one in zip(OF_DECK.items(), of_deck, strict=True) if one != usual]
-        for name in (*unfit, *older):
+        for name in unfit:
             raise InputError("", name, "given, with a site that has a track", "none of it")
         warn_of(site_notes(place))
         try:
@@ -254,7 +250,7 @@ def design_site(
     if shaping:
         raise InputError("", shaping[0], "a field of the rail, which is to be designed", "fields of what rolls over it")
     stated = as_table(rail, "rail", f"a table over {', '.join(RAIL)}")
-    given: dict[str, Any] = RAIL | with_older(stated, older, {name: name for name in RAIL}, "rail")
+    given: dict[str, Any] = RAIL | stated
     for name in given:
         if name not in RAIL:
             raise InputError("", f"rail.{name}", f"the unknown name {name!r}", with_suggestion(name, RAIL))

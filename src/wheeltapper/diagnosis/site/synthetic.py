@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +42,7 @@ def synthesise(
     size: float | tuple[float, float] | None = None,
     changes: Mapping[str, float] | None = None, seed: int = 0, vary: bool = True,
     noise: float | None = None, neighbour: float | Neighbour | Sequence[Neighbour] | None = None, coupled: bool = True,
-    progress: Progress = True, **older: Any,
+    progress: Progress = True,
 ) -> list[Recording]:  # fmt: skip
     """Compute recordings of passages over a site.
 
@@ -85,7 +83,7 @@ def synthesise(
     site = as_site(site)
     stated = site.passage.replaced(as_table(changes, "changes", "values by path, or None"))
     warn_of((*doubts(stated), *site_notes(site)))
-    condition, others = _condition_of(fault, size, older), neighbours_of(neighbour)
+    condition, others = _condition_of(fault, size), neighbours_of(neighbour)
     out = []
     with progress_shown(progress, "recordings"):
         for number in range(count):
@@ -105,21 +103,11 @@ def synthesise(
     return out
 
 
-OLDER = {"place": "place", "label": "name"}
-"""Keywords of `synthesise` that `Condition` has replaced, and what they are called there."""
-
-
-def _condition_of(fault: str | Condition | None, size: Any, older: dict[str, Any]) -> Condition:
-    """Return what is wrong with a wheelset, with what was given by older keywords."""
-    given: dict[str, Any] = {}
-    for name, value in older.items():
-        if name not in OLDER:
-            raise TypeError(f"an unexpected keyword argument {name!r}")
-        warnings.warn(f"{name} is now Condition({OLDER[name]}=...)", DeprecationWarning, stacklevel=3)
-        given[OLDER[name]] = value
+def _condition_of(fault: str | Condition | None, size: Any) -> Condition:
+    """Return what is wrong with a wheelset."""
     if isinstance(fault, Condition) and size is not None:
         raise InputError("", "size", value_text(size), "none beside a Condition, which has its own")
-    found = replace(fault, **given) if isinstance(fault, Condition) else Condition(fault, size, **given)
+    found = fault if isinstance(fault, Condition) else Condition(fault, size)
     if found.name is not None:
         check_text(found.name, "name")
     return found
