@@ -13,6 +13,7 @@ from wheeltapper.ground.lazily import lazily
 if TYPE_CHECKING:
     from wheeltapper import diagnosis as diagnosis
     from wheeltapper import orbits as orbits
+    from wheeltapper import profiles as profiles
     from wheeltapper import show as show
     from wheeltapper import tracks as tracks
     from wheeltapper.ask import stability as stability
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from wheeltapper.ask.wear import wear_in as wear_in
     from wheeltapper.describe import contact as contact
     from wheeltapper.describe import creep as creep
-    from wheeltapper.describe import irregularity, profile, sensor, vehicle
+    from wheeltapper.describe import irregularity, sensor, vehicle
     from wheeltapper.describe.contact.hertz import Hertz as Hertz
     from wheeltapper.describe.contact.linear import Linear as Linear
     from wheeltapper.describe.irregularity.bump import CosineBump as CosineBump
@@ -53,7 +54,7 @@ if TYPE_CHECKING:
     from wheeltapper.record.simulate import simulate as simulate
     from wheeltapper.record.store import load as load
 
-    irregularities, profiles, sensors, vehicles = irregularity, profile, sensor, vehicle
+    irregularities, sensors, vehicles = irregularity, sensor, vehicle
 
 _HOMES = {
     "Corrugation": "describe.irregularity.corrugation",
@@ -97,7 +98,7 @@ _ROOMS = {
     "irregularities": "describe.irregularity",
     "limits": "record.limits",
     "orbits": "orbits",
-    "profiles": "describe.profile",
+    "profiles": "profiles",
     "sensors": "describe.sensor",
     "show": "show",
     "stability": "ask.stability",

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from wheeltapper.ask.study import Study, study_of, value_in_si
-from wheeltapper.describe.profile.file import BUILT_IN
+from wheeltapper.describe.profile.file import NAMES
 from wheeltapper.describe.profile.wheel_rail import WheelRail
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
 from wheeltapper.describe.table.content import digest
@@ -66,7 +66,7 @@ def file_digests(scenario: Scenario) -> dict[str, str]:
     names = [item.path for item in items if getattr(item, "path", None) is not None]
     if isinstance(scenario.profiles, WheelRail):
         given = [scenario.profiles.wheel, scenario.profiles.rail]
-        names += [name for name in given if isinstance(name, str) and name not in BUILT_IN.values()]
+        names += [name for name in given if isinstance(name, str) and name not in NAMES]
     return {str(name): digest(Path(name)) for name in names}
 
 

@@ -18,7 +18,7 @@ from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.noun import Duration, Length, Noun, Speed
 from wheeltapper.describe.paths import changed_values
 from wheeltapper.describe.placement import Placement, check_places
-from wheeltapper.describe.profile.file import BUILT_IN
+from wheeltapper.describe.profile.file import NAMES
 from wheeltapper.describe.profile.wheel_rail import Profiles, WheelRail
 from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.track.stiff import StiffTrack
@@ -306,7 +306,7 @@ def toml_table(path: Path, what: str) -> dict[str, Any]:
 def names_a_file(table: dict[str, Any], key: str, value: str) -> bool:
     """Return True where the text in a noun's table is the path of a file."""
     if table.get("type") == "WheelRail":
-        return key in ("wheel", "rail") and value not in BUILT_IN.values()
+        return key in ("wheel", "rail") and value not in NAMES
     return key == "path"
 
 

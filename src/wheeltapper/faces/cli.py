@@ -14,6 +14,7 @@ from cyclopts import App, CycloptsError, Parameter
 from wheeltapper._version import __version__
 from wheeltapper.faces.cli_cache import cache
 from wheeltapper.faces.cli_calibrate import calibrate
+from wheeltapper.faces.cli_conicity import conicity
 from wheeltapper.faces.cli_explore import explore
 from wheeltapper.faces.cli_limits import limits
 from wheeltapper.faces.cli_orbits import orbits
@@ -42,7 +43,7 @@ app = App(
 )
 app.register_install_completion_command(help="Install completion for this shell (bash, zsh, fish).")
 
-for command in (limits, diagnose, assess, design, calibrate, report, orbits, explore, validate, cache):
+for command in (limits, conicity, diagnose, assess, design, calibrate, report, orbits, explore, validate, cache):
     app.command(command)
 
 

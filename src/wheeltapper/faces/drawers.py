@@ -75,6 +75,7 @@ TITLES = {
     "wheeltapper border": Drawer("charts.draw_border_alone"),
     "wheeltapper branch": Drawer("orbits.draw_branch", "orbits.draw_branches", named=True),
     "wheeltapper chart": Drawer("charts.draw_chart_of_all"),
+    "wheeltapper conicity": Drawer("profiles.draw_conicity", "profiles.draw_conicities"),
     "wheeltapper decay rate": Drawer("tracks.draw_decay"),
     "wheeltapper fates": Drawer("orbits.draw_fates"),
     "wheeltapper imitation": Drawer("findings.draw_imitation"),

@@ -9,12 +9,15 @@ import numpy as np
 from wheeltapper.describe.profile.files import rail_profile, wheel_profile
 from wheeltapper.describe.profile.s1002 import FLANGE_BACK
 from wheeltapper.describe.profile.wheel_rail import Cones, Profiles, WheelRail
-from wheeltapper.faces.panels import BLUE, RED, legend_above
+from wheeltapper.faces.panels import BLUE, COLOURS, RED, legend_above
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.lower.laws.geometry import laid_rail, radius_difference
 from wheeltapper.lower.laws.patches import geometry_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -58,6 +61,36 @@ def draw_profiles(profiles: Profiles) -> Figure:
         _draw_cone(section, profiles)
         title = f"cones, 1:{1 / profiles.conicity:.3g}" if profiles.conicity else "cylinders"
     figure.suptitle(f"{title}; wheels of {RADIUS:g} m", x=0.02, ha="left")
+    return figure
+
+
+def draw_conicity(found: xr.Dataset) -> Figure:
+    """Draw the conicity of a pair of profiles over the amplitude, and what it follows from."""
+    return draw_conicities([found])
+
+
+def draw_conicities(found: Sequence[xr.Dataset]) -> Figure:
+    """Draw the conicities of several pairs of profiles over one another, with the differences of rolling radii."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 7.0))
+    figures, radii = figure.subplots(2, 1)
+    for number, one in enumerate(found):
+        name = next(name for name in ("equivalent_conicity", "elastic_conicity") if name in one)
+        words = f"{one.attrs['profiles']}, {one.attrs['contact']}: {one.attrs['at_3_mm']:.3f} at 3 mm"
+        colour = COLOURS[number % len(COLOURS)]
+        figures.plot(1e3 * one["amplitude"], one[name], color=colour, label=words)
+        radii.plot(1e3 * one["lateral_shift"], 1e3 * one["radius_difference"], color=colour)
+    figures.axvline(3.0, color="0.7", linewidth=0.8)
+    figures.set(xlabel="amplitude of the lateral motion [mm]", ylabel="equivalent conicity", ylim=(0.0, None))
+    radii.set(xlabel="shift of the wheelset to the left [mm]", ylabel="rolling radii, left less right [mm]")
+    farthest = 1e3 * max(float(one["amplitude"].max()) for one in found)
+    sizes = [
+        np.abs(one["radius_difference"].where(np.abs(one["lateral_shift"]) <= 1e-3 * farthest)).max() for one in found
+    ]
+    most = 1.1e3 * max(float(size) for size in sizes)
+    radii.set(xlim=(-farthest, farthest), ylim=(-most, most) if most > 0.0 else None)
+    legend_above(figures, 1)
     return figure
 
 

@@ -30,6 +30,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity import spline
 from wheeltapper.describe.irregularity.samples import converted_values
+from wheeltapper.describe.profile.en15302 import rail_en15302, wheel_en15302
 from wheeltapper.describe.profile.file import PLAIN, Kind, ProfileFile, numbered_profile, read_profile
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import FLANGE_BACK, s1002
@@ -88,8 +90,8 @@ def wheel_profile(name_or_path: str | ProfileFile) -> Shape:
     Parameters
     ----------
     name_or_path
-        "S1002"; or a file: two columns (.txt, .dat, .csv), MiniProf (.whl, .mpt) or SIMPACK (.prw). One of several
-        profiles in a file is "worn.mpt#2". Or a file that is read already.
+        "S1002", or "EN 15302 A" (B, C, H, I); or a file: two columns (.txt, .dat, .csv), MiniProf (.whl, .mpt) or
+        SIMPACK (.prw). One of several profiles in a file is "worn.mpt#2". Or a file that is read already.
 
     Returns
     -------
@@ -105,7 +107,9 @@ def wheel_profile(name_or_path: str | ProfileFile) -> Shape:
         The file is missing, unreadable, a rail's, mirrored, in another unit or not from the tread datum.
     """
     given = read_profile(name_or_path, "wheel")
-    return _from_file(given, "wheel") if isinstance(given, ProfileFile) else s1002
+    if isinstance(given, ProfileFile):
+        return _from_file(given, "wheel")
+    return s1002 if given == "S1002" else partial(wheel_en15302, given[-1])
 
 
 def rail_profile(name_or_path: str | ProfileFile) -> Shape:
@@ -114,8 +118,8 @@ def rail_profile(name_or_path: str | ProfileFile) -> Shape:
     Parameters
     ----------
     name_or_path
-        "60E1"; or a file: two columns (.txt, .dat, .csv), MiniProf (.ban, .mpt) or SIMPACK (.prr). One of several
-        profiles in a file is "worn.mpt#2". Or a file that is read already.
+        "60E1", or "EN 15302 A"; or a file: two columns (.txt, .dat, .csv), MiniProf (.ban, .mpt) or SIMPACK (.prr). One
+        of several profiles in a file is "worn.mpt#2". Or a file that is read already.
 
     Returns
     -------
@@ -130,7 +134,9 @@ def rail_profile(name_or_path: str | ProfileFile) -> Shape:
         The file is missing, unreadable, a wheel's, mirrored, in another unit or not as deep as the gauge point.
     """
     given = read_profile(name_or_path, "rail")
-    return _from_file(given, "rail") if isinstance(given, ProfileFile) else rail_60e1
+    if isinstance(given, ProfileFile):
+        return _from_file(given, "rail")
+    return rail_60e1 if given == "60E1" else partial(rail_en15302, given[-1])
 
 
 def _from_file(file: ProfileFile, kind: Kind) -> Shape:

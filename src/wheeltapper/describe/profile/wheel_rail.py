@@ -27,10 +27,12 @@ class WheelRail(Profiles):
     Parameters
     ----------
     wheel
-        "S1002", or a file with the profile: two columns in mm (.txt, .dat, .csv), MiniProf (.whl) or SIMPACK (.prw).
+        "S1002", a reference profile as "EN 15302 A" (also B, C, H, I), or a file with the profile: two columns in mm
+        (.txt, .dat, .csv), MiniProf (.whl) or SIMPACK (.prw).
         It is read when it is first needed; a new object reads it again. Or a `ProfileFile` with its contents.
     rail
-        "60E1", or a file with the profile: two columns in mm, MiniProf (.ban) or SIMPACK (.prr).
+        "60E1", "EN 15302 A" (with inclination 0 and a gauge of 1.435164 m), or a file with the profile: two columns in
+        mm, MiniProf (.ban) or SIMPACK (.prr).
     inclination
         Inclination of the rails towards the track's middle.
     gauge
