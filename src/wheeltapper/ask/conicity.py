@@ -19,8 +19,8 @@ from wheeltapper.ground.arguments import as_quantities, check_choice
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.lower.laws.geometry import radius_difference
 from wheeltapper.lower.laws.patches import geometry_of
-from wheeltapper.lower.laws.rigid_contact import Touching, touching_of
-from wheeltapper.record.labels import CONICITY_TITLE
+from wheeltapper.lower.laws.rigid_contact import BESIDE, Touching, touching_of
+from wheeltapper.record.labels import CONICITIES, CONICITY_TITLE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -114,18 +114,19 @@ def conicity(
     both = _checked_sides(profiles, right)
     farthest = max(float(asked.max()), FAR) + ROOM
     arm = _between_circles(profiles) * sum(radii) / 2.0
-    name, more = "elastic_conicity", dict[str, Any]()
+    more: dict[str, Any] = {}
     if contact == "elastic":
         difference = _elastic(both, radii, farthest)
     elif isinstance(profiles, Cones):
-        difference, name = _of_cones(profiles, radii, farthest), "equivalent_conicity"
+        difference = _of_cones(profiles, radii, farthest)
     else:
-        left, own = (touching_of(one, farthest) for one in both)
-        difference, more, name = *_rigid(left, own, radii), "equivalent_conicity"
+        left = touching_of(both[0], farthest)
+        difference, more = _rigid(left, left if right is None else touching_of(both[1], farthest), radii)
+    name = CONICITIES[contact]
     figures, waves = np.array([_figure(difference, float(one), arm) for one in asked]).T
     quoted, near, far = (_figure(difference, one, arm)[0] for one in (QUOTED, NEAR, FAR))
     variables = {
-        name: ("amplitude", figures, {"units": "", "long_name": f"{name.split('_')[0]} conicity"}),
+        name: ("amplitude", figures, {"units": "", "long_name": name.replace("_", " ")}),
         "wavelength": ("amplitude", waves, {"units": "m", "long_name": "wavelength of the free motion"}),
         "radius_difference": (
             "lateral_shift", difference.values,
@@ -186,7 +187,7 @@ def _of_cones(profiles: Cones, radii: tuple[float, float], farthest: float) -> D
 
 def _elastic(both: tuple[Any, Any], radii: tuple[float, float], farthest: float) -> Difference:
     """Return the difference of contacts that are smooth, with roll."""
-    if both[0] is not both[1] or radii[0] != radii[1]:
+    if both[0] != both[1] or radii[0] != radii[1]:
         raise InputError("", "contact", '"elastic", with two sides that differ', '"rigid", or two equal sides')
     geometry, values = geometry_of(both[0], radii[0], CROWN), [0.0]
     for number in range(1, round(farthest / NODE) + 1):
@@ -201,7 +202,7 @@ def _elastic(both: tuple[Any, Any], radii: tuple[float, float], farthest: float)
 def _rigid(left: Touching, right: Touching, radii: tuple[float, float]) -> tuple[Difference, dict[str, Any]]:
     """Return the difference of rigid contacts, and where they are."""
     shift = np.union1d(left.shift, -right.shift)
-    values = radii[0] + left.at("below", shift) - radii[1] - right.at("below", -shift)
+    values = radii[0] + left.at("radius", shift) - radii[1] - right.at("radius", -shift)
     sides = {
         "place_on_wheel": ("wheel", 1.0, "m", "place on the wheel from its tread datum, to the field side"),
         "place_on_rail": ("rail", 1.0, "m", "place on the rail from the track's middle"),
@@ -213,10 +214,10 @@ def _rigid(left: Touching, right: Touching, radii: tuple[float, float]) -> tuple
         more[name] = ("side", "lateral_shift"), np.arctan(found) if unit == "rad" else found, {
             "units": unit, "long_name": meaning,
         }  # fmt: skip
-    jumps = sorted([one.shift for one in left.jumps] + [-one.shift for one in right.jumps])
-    by = [float(np.diff(np.interp([at - 2e-9, at + 2e-9], shift, values))[0]) for at in jumps]
-    more["jump_shift"] = "jump", np.array(jumps), {"units": "m", "long_name": "shift at which contact jumps"}
-    more["jump_of_radius"] = "jump", np.array(by), {"units": "m", "long_name": "jump of the difference of radii"}
+    jumps = np.sort(np.concatenate([left.jumps, -right.jumps]))
+    by = np.interp(jumps + 2.0 * BESIDE, shift, values) - np.interp(jumps - 2.0 * BESIDE, shift, values)
+    more["jump_shift"] = "jump", jumps, {"units": "m", "long_name": "shift at which contact jumps"}
+    more["jump_of_radius"] = "jump", by, {"units": "m", "long_name": "jump of the difference of radii"}
     return Difference(shift, values), more
 
 

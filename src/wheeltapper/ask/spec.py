@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from wheeltapper.ask.study import Study, study_of, value_in_si
-from wheeltapper.describe.profile.file import NAMES
+from wheeltapper.describe.profile.named import NAMES
 from wheeltapper.describe.profile.wheel_rail import WheelRail
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
 from wheeltapper.describe.table.content import digest

@@ -18,7 +18,7 @@ from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.noun import Duration, Length, Noun, Speed
 from wheeltapper.describe.paths import changed_values
 from wheeltapper.describe.placement import Placement, check_places
-from wheeltapper.describe.profile.file import NAMES
+from wheeltapper.describe.profile.named import NAMES
 from wheeltapper.describe.profile.wheel_rail import Profiles, WheelRail
 from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.track.stiff import StiffTrack

@@ -63,6 +63,7 @@ def conicity(
         check_target("--plot", plot, PICTURES)
     from wheeltapper.ask.conicity import conicity as asked
     from wheeltapper.describe.profile.wheel_rail import WheelRail
+    from wheeltapper.record.labels import CONICITIES
 
     shared: dict[str, Any] = {"inclination": inclination, "gauge": gauge, "flange_backs": flange_backs}
     left = WheelRail.model_validate({"wheel": wheel, "rail": rail, **shared})
@@ -70,7 +71,8 @@ def conicity(
     right = WheelRail.model_validate({"wheel": right_wheel or wheel, "rail": right_rail or rail, **shared})
     contact: Any = "elastic" if elastic else "rigid"
     found = asked(left, right=right if differs else None, radius=list(radius), contact=contact)
-    print(json.dumps(_as_dict(found), indent=2) if as_json else "\n".join(_lines(found)))
+    figure = CONICITIES[contact]
+    print(json.dumps(_as_dict(found, figure), indent=2) if as_json else "\n".join(_lines(found, figure)))
     if plot is not None:
         from wheeltapper.faces.plot import plot as draw
 
@@ -80,13 +82,9 @@ def conicity(
     return DONE
 
 
-def _name(found: xr.Dataset) -> str:
-    return next(name for name in ("equivalent_conicity", "elastic_conicity") if name in found)
-
-
-def _as_dict(found: xr.Dataset) -> dict[str, Any]:
+def _as_dict(found: xr.Dataset, figure: str) -> dict[str, Any]:
     """Return the figures; NaN, which JSON does not know, as null."""
-    columns = {name: found[name].values.tolist() for name in ("amplitude", _name(found), "wavelength")}
+    columns = {name: found[name].values.tolist() for name in ("amplitude", figure, "wavelength")}
     if "jump" in found.dims:
         columns |= {name: found[name].values.tolist() for name in ("jump_shift", "jump_of_radius")}
     whole = {**{name: found.attrs[name] for name in ("profiles", "contact", "at_3_mm", "nonlinearity")}, **columns}
@@ -99,20 +97,18 @@ def _without_nan(value: Any) -> Any:
     return None if value != value or value == float("inf") else value
 
 
-def _lines(found: xr.Dataset) -> list[str]:
+def _lines(found: xr.Dataset, figure: str) -> list[str]:
     """Return the figures in words."""
-    name = _name(found)
     lines = [
         f"{found.attrs['profiles']}, {found.attrs['contact']} contact",
-        f"{name.replace('_', ' ')} at 3 mm: {found.attrs['at_3_mm']:.3f}",
+        f"{figure.replace('_', ' ')} at 3 mm: {found.attrs['at_3_mm']:.3f}",
         f"nonlinearity from 2 to 4 mm: {found.attrs['nonlinearity']:+.3f} per mm",
         f"{'amplitude':>10} {'conicity':>9} {'wavelength':>11}",
     ]
     for amplitude in ROWS:
         row = found.sel(amplitude=1e-3 * amplitude, method="nearest")
-        lines.append(f"{amplitude:7.1f} mm {float(row[name]):9.3f} {float(row['wavelength']):9.2f} m")
-    for at, by in (
-        zip(found["jump_shift"].values, found["jump_of_radius"].values, strict=True) if "jump" in found.dims else ()
-    ):
-        lines.append(f"contact jumps at {1e3 * at:+.2f} mm: rolling radii by {1e3 * by:.2f} mm")
+        lines.append(f"{amplitude:7.1f} mm {float(row[figure]):9.3f} {float(row['wavelength']):9.2f} m")
+    if "jump" in found.dims:
+        for at, by in zip(found["jump_shift"].values, found["jump_of_radius"].values, strict=True):
+            lines.append(f"contact jumps at {1e3 * at:+.2f} mm: rolling radii by {1e3 * by:.2f} mm")
     return lines

@@ -13,6 +13,7 @@ from wheeltapper.faces.panels import BLUE, COLOURS, RED, legend_above
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.lower.laws.geometry import laid_rail, radius_difference
 from wheeltapper.lower.laws.patches import geometry_of
+from wheeltapper.record.labels import CONICITIES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -76,13 +77,12 @@ def draw_conicities(found: Sequence[xr.Dataset]) -> Figure:
     figure = Figure(figsize=(8.0, 7.0))
     figures, radii = figure.subplots(2, 1)
     for number, one in enumerate(found):
-        name = next(name for name in ("equivalent_conicity", "elastic_conicity") if name in one)
         words = f"{one.attrs['profiles']}, {one.attrs['contact']}: {one.attrs['at_3_mm']:.3f} at 3 mm"
         colour = COLOURS[number % len(COLOURS)]
-        figures.plot(1e3 * one["amplitude"], one[name], color=colour, label=words)
+        figures.plot(1e3 * one["amplitude"], one[CONICITIES[one.attrs["contact"]]], color=colour, label=words)
         radii.plot(1e3 * one["lateral_shift"], 1e3 * one["radius_difference"], color=colour)
     figures.axvline(3.0, color="0.7", linewidth=0.8)
-    figures.set(xlabel="amplitude of the lateral motion [mm]", ylabel="equivalent conicity", ylim=(0.0, None))
+    figures.set(xlabel="amplitude of the lateral motion [mm]", ylabel="conicity", ylim=(0.0, None))
     radii.set(xlabel="shift of the wheelset to the left [mm]", ylabel="rolling radii, left less right [mm]")
     farthest = 1e3 * max(float(one["amplitude"].max()) for one in found)
     sizes = [

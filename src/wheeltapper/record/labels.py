@@ -20,7 +20,8 @@ RECEPTANCE_TITLE, STATIC_TITLE = "wheeltapper receptance", "wheeltapper static d
 DECAY_TITLE, PINNED_TITLE = "wheeltapper decay rate", "wheeltapper pinned-pinned frequency"
 """Titles of what is asked of a track alone."""
 CONICITY_TITLE = "wheeltapper conicity"
-"""Title of what is asked of profiles over the amplitude of a lateral motion."""
+CONICITIES = {"rigid": "equivalent_conicity", "elastic": "elastic_conicity"}
+"""Title of what is asked of profiles over the amplitude of a lateral motion, and its figure by the kind of contact."""
 JOINT_TITLE = "wheeltapper joint"
 """Title of what is asked of a joint over speed."""
 BRANCH_TITLE = "wheeltapper branch"

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Literal
 
 from wheeltapper.describe.noun import Noun
+from wheeltapper.describe.profile.named import NAMED, Kind
 from wheeltapper.describe.table.content import decoded_text, file_content
 from wheeltapper.ground.errors import InputError
 
-Kind = Literal["wheel", "rail"]
-BUILT_IN: dict[Kind, tuple[str, ...]] = {
-    "wheel": ("S1002", *(f"EN 15302 {letter}" for letter in "ABCHI")), "rail": ("60E1", "EN 15302 A"),
-}  # fmt: skip
-"""Profiles that need no file."""
-NAMES = frozenset(name for names in BUILT_IN.values() for name in names)
-"""Of all of them."""
 OWNER: dict[str, Kind] = {".prw": "wheel", ".whl": "wheel", ".prr": "rail", ".ban": "rail"}
 PLAIN = (".txt", ".dat", ".csv")
 
@@ -47,7 +40,7 @@ def read_profile(given: str | ProfileFile, kind: Kind) -> str | ProfileFile:
     InputError
         The file is missing, unreadable, or that of the other kind.
     """
-    if isinstance(given, ProfileFile) or given in BUILT_IN[kind]:
+    if isinstance(given, ProfileFile) or given in NAMED[kind]:
         return given
     try:
         return ProfileFile(name=given, text=_text_of(Path(given), kind))
@@ -57,7 +50,7 @@ def read_profile(given: str | ProfileFile, kind: Kind) -> str | ProfileFile:
 
 def _text_of(path: Path, kind: Kind) -> str:
     own = [name for name, owner in OWNER.items() if owner == kind]
-    known = f"{', '.join(map(repr, BUILT_IN[kind]))}, or a file with the suffix {', '.join((*PLAIN, *own, '.mpt'))}"
+    known = f"{', '.join(map(repr, NAMED[kind]))}, or a file with the suffix {', '.join((*PLAIN, *own, '.mpt'))}"
     if not path.is_file():
         path = path.with_name(numbered_profile(path.name)[0])
     suffix = path.suffix.lower()

@@ -28,9 +28,8 @@ of 2015 and 2020); the comments in SIMPACK's files; Greenwood Engineering, MiniP
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -38,17 +37,14 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity import spline
 from wheeltapper.describe.irregularity.samples import converted_values
-from wheeltapper.describe.profile.en15302 import rail_en15302, wheel_en15302
-from wheeltapper.describe.profile.file import PLAIN, Kind, ProfileFile, numbered_profile, read_profile
-from wheeltapper.describe.profile.rail_60e1 import rail_60e1
-from wheeltapper.describe.profile.s1002 import FLANGE_BACK, s1002
+from wheeltapper.describe.profile.file import PLAIN, ProfileFile, numbered_profile, read_profile
+from wheeltapper.describe.profile.named import NAMED, Kind, Shape
+from wheeltapper.describe.profile.s1002 import FLANGE_BACK
 from wheeltapper.describe.table.content import numbered_lines
 from wheeltapper.describe.table.text import text_table
 from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
-Shape = Callable[[FloatArray], FloatArray]
-"""A profile: from lateral positions to heights, both in mm; NaN beyond its ends."""
 Lines = list[tuple[int, str]]
 
 FEWEST = 10
@@ -106,10 +102,7 @@ def wheel_profile(name_or_path: str | ProfileFile) -> Shape:
     InputError
         The file is missing, unreadable, a rail's, mirrored, in another unit or not from the tread datum.
     """
-    given = read_profile(name_or_path, "wheel")
-    if isinstance(given, ProfileFile):
-        return _from_file(given, "wheel")
-    return s1002 if given == "S1002" else partial(wheel_en15302, given[-1])
+    return _shape_of(name_or_path, "wheel")
 
 
 def rail_profile(name_or_path: str | ProfileFile) -> Shape:
@@ -133,10 +126,12 @@ def rail_profile(name_or_path: str | ProfileFile) -> Shape:
     InputError
         The file is missing, unreadable, a wheel's, mirrored, in another unit or not as deep as the gauge point.
     """
-    given = read_profile(name_or_path, "rail")
-    if isinstance(given, ProfileFile):
-        return _from_file(given, "rail")
-    return rail_60e1 if given == "60E1" else partial(rail_en15302, given[-1])
+    return _shape_of(name_or_path, "rail")
+
+
+def _shape_of(name_or_path: str | ProfileFile, kind: Kind) -> Shape:
+    given = read_profile(name_or_path, kind)
+    return _from_file(given, kind) if isinstance(given, ProfileFile) else NAMED[kind][given]
 
 
 def _from_file(file: ProfileFile, kind: Kind) -> Shape:

@@ -77,8 +77,8 @@ class Transfer:
             some = slice(first, first + TOGETHER)
             at = self._stride * np.arange(rows)[some, None] + np.arange(count)
             flat, share = left[at] * count + np.arange(count), beside[at]
-            for answers, own, next_less, crossed in zip(self._answers, known, rising, between, strict=True):
-                answers[some] = own.take(flat) + share * next_less.take(flat) + at_once * crossed[at]
+            for answers, own, rise, crossed in zip(self._answers, known, rising, between, strict=True):
+                answers[some] = own.take(flat) + share * rise.take(flat) + at_once * crossed[at]
         self._count = passing.lead + len(passing.readings) + AFTER
         whole = np.fft.rfftfreq(self._count, 1.0 / passing.rate)
         self.frequencies = whole[whole < PASSED * cutoff]

@@ -18,7 +18,6 @@ See docs/theory/wagon.rst, section 7.2.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 from typing import Literal
@@ -26,12 +25,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.profile.named import Shape
 from wheeltapper.describe.profile.s1002 import BACK, FLANGE_BACK, FRONT
 from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
-Shape = Callable[[FloatArray], FloatArray]
-"""A profile: from lateral positions to heights, both in mm; NaN beyond its ends."""
 GAUGE_DEPTH = 0.014
 """Depth below the running surface at which the gauge is measured, m."""
 FINENESS = 1e-5

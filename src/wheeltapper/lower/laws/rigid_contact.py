@@ -15,7 +15,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from wheeltapper.describe.profile.files import Shape, rail_profile, wheel_profile
+from wheeltapper.describe.profile.files import rail_profile, wheel_profile
+from wheeltapper.describe.profile.named import Shape
 from wheeltapper.describe.profile.s1002 import FLANGE_BACK
 from wheeltapper.describe.profile.wheel_rail import WheelRail
 from wheeltapper.lower.laws.geometry import laid_rail
@@ -34,14 +35,6 @@ BESIDE = 1e-9
 """Half the distance of the two nodes that stand for a jump, m."""
 
 
-class Jump(NamedTuple):
-    """A shift at which contact jumps, m, and where from and to: places on the wheel, m from its tread datum."""
-
-    shift: float
-    before: float
-    after: float
-
-
 class Touching(NamedTuple):
     """Where one wheel touches, over its shift outwards; all in m but the slope.
 
@@ -51,20 +44,20 @@ class Touching(NamedTuple):
         Nodes, rising; between them all is linear.
     wheel, rail
         Places: on the wheel from its tread datum, positive to the field side; on the rail from the track's middle.
-    below
-        Rolling radius less that at the tread datum.
+    radius
+        Rolling radius less the nominal one, which is that at the tread datum.
     slope
         Of the wheel's profile at the contact, positive where its radius grows towards the field side.
     jumps
-        From place to place.
+        Shifts at which contact jumps from place to place.
     """
 
     shift: FloatArray
     wheel: FloatArray
     rail: FloatArray
-    below: FloatArray
+    radius: FloatArray
     slope: FloatArray
-    jumps: tuple[Jump, ...]
+    jumps: FloatArray
 
     def at(self, name: str, shifts: FloatArray) -> FloatArray:
         """Return one of these at shifts."""
@@ -101,9 +94,8 @@ def touching_of(profiles: WheelRail, farthest: float) -> Touching:
         for number in np.flatnonzero(np.abs(np.diff(on_rail)) > FAR).tolist()
         if _is_apart(windows, rail, at, number)
     ]
-    told = tuple(Jump(where, float(on_wheel[number]), float(on_wheel[number + 1])) for number, where in jumps)
-    shifts, on_wheel, on_rail, below, slope = _with_jumps(found, jumps)
-    return Touching(shifts, on_wheel, on_rail, below, slope, told)
+    shifts, on_wheel, on_rail, radius, slope = _with_jumps(found, jumps)
+    return Touching(shifts, on_wheel, on_rail, radius, slope, np.array([where for _, where in jumps]))
 
 
 def _heights(shape: Shape, across: FloatArray) -> FloatArray:
