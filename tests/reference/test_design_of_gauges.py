@@ -158,7 +158,6 @@ def test_six_pairs_are_better_in_every_second_crib_than_in_every_crib():
     ("changed", "given", "said"),
     [
         ({}, {"budget": 50}, "budget: found given, with a site that has a track; allowed: none of it"),
-        ({}, {"number": 3}, "number: found given, with a site that has a track"),
         ({}, {"rail": {"pairs": 3}}, "rail.pairs: found the unknown name 'pairs'"),
         ({}, {"rail": {"number": 7, "cribs": 6}}, "rail.number: found 7; allowed: a whole number, 1 to 6"),
         ({"sensors": [], "static_force": 8e4}, {}, "sensor: found no pair of rail shear gauges"),
