@@ -60,8 +60,9 @@ ASKED, ODD, LIKELY, BETTER = 1.3, 1.3, 200.0, 0.25
 """A tread of free shape is asked for if χ² of a reading is more than the first with the best flat, or without one more
 than the second. It is told if its first evidence exceeds that of flats and waves by so much, of wheels without a flaw
 it is at most 62, and if it explains this part of χ² more than a flat that leaves less than EXPLAINED."""
-HOPELESS = (600.0, 150.0)
-"""A shape whose χ² exceeds the other's by so much, over the reduced χ², is not fitted by all values, nor once more."""
+HOPELESS, EXPLAINS = (600.0, 150.0), 1.05
+"""A shape whose χ² exceeds the other's by so much, over the reduced χ², is not fitted by all values, nor once more;
+unless the other leaves more than this of a reading: flats drawn, and found, left 0.7 to 1.02."""
 PROMISING = 50.0
 """Flats that lower χ² by less, fitted by the values that come first, are not fitted further."""
 OTHERWISE = 0.05
@@ -73,6 +74,11 @@ APART = 0.05
 CYCLES, STRIKES, NEW_PLACE = (-2, -1, 1, 2), (0, 1), 0.01
 """Where a flat that explains too little is sought once more: a strike is so many waves of the highest compared
 frequency away, the other one of these two where it was; and by how much another place differs, m."""
+LENGTHS = (1.1, 1.6)
+"""A flat is fitted from so many times the length that the scan tells: its force below a low frequency grows less than
+with the square of its length, and hardly more with a light wheel that flies over it, so that two lengths explain it."""
+AS_LONG = 0.25
+"""Lengths of one flat, fitted from two, differ by less than this share."""
 LONGER = {"fresh": 1.0, "rounded": 1.3}
 """Length of a flat over that of the fresh one that is most like it."""
 
@@ -340,7 +346,8 @@ def _found(coarse: Problem, seen: Seen) -> list[dict[str, float]]:
     """Return the fresh flats that explain a wheel's readings best below a low frequency."""
     most, names = seen.candidates[0].gain, _first(coarse)
     worth = [one for one in seen.candidates if one.gain > most - max(ALSO, SHARE * most)]
-    return _best_of(coarse, [_with_flat(coarse.known, one, RADIUS in names) for one in worth])
+    starts = [_with_flat(coarse.known, one, RADIUS in names) for one in worth]
+    return _best_of(coarse, [{**one, LENGTH: by * one[LENGTH]} for one in starts for by in LENGTHS])
 
 
 def _of_another_radius(coarse: Problem, begun: Mapping[str, float]) -> list[dict[str, float]]:
@@ -364,6 +371,11 @@ def _strikes_elsewhere(one: Values, other: Values) -> bool:
     return max(abs(moved + strike * widened) for strike in STRIKES) > NEW_PLACE
 
 
+def _is_same(one: Values, other: Values) -> bool:
+    """Return whether two flats strike at the same places and are about as long."""
+    return not _strikes_elsewhere(one, other) and abs(np.log(one[LENGTH] / other[LENGTH])) < AS_LONG
+
+
 def _ahead(fits: Sequence[Fit]) -> list[dict[str, float]]:
     """Return the values of those of several flats that explain nearly as much as the best one, which comes first."""
     ranked = sorted(fits, key=lambda one: one.misfit)
@@ -377,12 +389,15 @@ def _ahead(fits: Sequence[Fit]) -> list[dict[str, float]]:
 def _best_of(coarse: Problem, starts: Sequence[dict[str, float]]) -> list[dict[str, float]]:
     """Return the fresh flats that explain most of those fitted from some values.
 
-    What is far behind after one step is not fitted on.
+    What is far behind after one step is not fitted on, nor what has come to where a better one is.
     """
     names = _first(coarse)
-    begun = [fitted(coarse, start, "fresh", names, steps=1) for start in starts]
-    behind = min(one.chi for one in begun) + ALSO
-    return _ahead([fitted(coarse, one.values, "fresh", names, 5, one.columns) for one in begun if one.chi <= behind])
+    begun = sorted((fitted(coarse, start, "fresh", names, steps=1) for start in starts), key=lambda one: one.chi)
+    worth = list[Fit]()
+    for one in begun:
+        if one.chi <= begun[0].chi + ALSO and not any(_is_same(one.values, other.values) for other in worth):
+            worth.append(one)
+    return _ahead([fitted(coarse, one.values, "fresh", names, 5, one.columns) for one in worth])
 
 
 def _best_with_gain(fine: Problem, fits: Mapping[str, Fit]) -> tuple[Fit, float]:
@@ -401,7 +416,7 @@ def _fits(fine: Problem, starts: Mapping[str, Fit], first: Sequence[str], more: 
             fit = _refitted(fine, like, shape, first)
         columns = fit.columns
         for hopeless in HOPELESS:
-            if any(fit.misfit > one.misfit + hopeless * max(1.0, one.chi / one.readings) for one in fits.values()):
+            if any(_is_hopeless(fit, one, hopeless) for one in fits.values()):
                 break
             fine = near(fine, fit.values)
             fit = _refitted(fine, fit.values, shape, (*first, *more), 10, columns, to_the_end=True)
@@ -410,6 +425,12 @@ def _fits(fine: Problem, starts: Mapping[str, Fit], first: Sequence[str], more: 
             columns = {name: fit.columns[name] for name in more}  # readings are nearly linear in these
         fits[shape] = fit
     return fits
+
+
+def _is_hopeless(fit: Fit, other: Fit, behind: float) -> bool:
+    """Return whether a flat is so far behind another one that explains the readings."""
+    reduced = other.chi / other.readings
+    return reduced < EXPLAINS and fit.misfit > other.misfit + behind * max(1.0, reduced)
 
 
 def _refitted(
@@ -452,12 +473,12 @@ def _force_of_waves(problem: Problem, read: FloatArray) -> FloatArray:
 
 
 def _with_flat(values: Mapping[str, float], one: Candidate, worn: bool) -> dict[str, float]:
-    """Return values with a flat that may be there; it is longer than its readings below a low frequency say.
+    """Return values with a flat that may be there.
 
     The radius, too, is that of the candidate if wheels are `worn`.
     """
     radius = values[RADIUS] * (one.radius if worn else 1.0)
-    return {**values, LENGTH: 1.1 * one.length, POSITION: one.position, RADIUS: radius}
+    return {**values, LENGTH: one.length, POSITION: one.position, RADIUS: radius}
 
 
 def problem_of(
