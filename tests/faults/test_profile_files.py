@@ -45,7 +45,7 @@ def refused(path, kind, *parts):
     [
         ("absent.txt", "wheel", None, ("no such file", "'S1002'", ".prw")),
         ("S1003", "wheel", None, ("no such file", "'S1002'")),
-        ("60E2", "rail", None, ("no such file", "'60E1'", ".prr", ".ban")),
+        ("61E2", "rail", None, ("no such file", "'60E1'", ".prr", ".ban")),
         ("w.xlsx", "wheel", GOOD_WHEEL, ("'.xlsx'", ".txt, .dat, .csv, .prw, .whl, .mpt")),
         ("r.prr", "wheel", "", ("wheel: ", "the file of a rail (.prr)", ".prw")),
         ("r.BAN", "wheel", "", ("the file of a rail (.ban)",)),

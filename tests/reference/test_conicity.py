@@ -154,7 +154,7 @@ def test_a_motion_that_is_no_wave_has_no_figure():
         ({"right": wt.profiles.Cones()}, "right: found"),
         ({"right": pair("B"), "contact": "elastic"}, 'contact: found "elastic", with two sides that differ'),
         ({"profiles": "S1002"}, "profiles: found 'S1002'; allowed: WheelRail or Cones"),
-        ({"profiles": wt.profiles.WheelRail(rail="60E2")}, "rail: found no such file; allowed: '60E1', 'EN 15302 A'"),
+        ({"profiles": wt.profiles.WheelRail(rail="61E1")}, "rail: found no such file; allowed: '60E1', 'EN 15302 A'"),
     ],
 )
 def test_wrong_arguments_are_refused(arguments, words):

@@ -27,12 +27,14 @@ class WheelRail(Profiles):
     Parameters
     ----------
     wheel
-        "S1002", a reference profile as "EN 15302 A" (also B, C, H, I), or a file with the profile: two columns in mm
-        (.txt, .dat, .csv), MiniProf (.whl) or SIMPACK (.prw).
+        "S1002", "EN 13715 1:40", "EN 13715 EPS" (with a flange of 28.5 to 32 mm: "EN 13715 EPS e30"), "APTA 320" (also
+        120, 140, 140M, 220, 240, 340), a reference profile as "EN 15302 A" (also B, C, H, I), or a file with the
+        profile: two columns in mm (.txt, .dat, .csv), MiniProf (.whl) or SIMPACK (.prw).
         It is read when it is first needed; a new object reads it again. Or a `ProfileFile` with its contents.
     rail
-        "60E1", "EN 15302 A" (with inclination 0 and a gauge of 1.435164 m), or a file with the profile: two columns in
-        mm, MiniProf (.ban) or SIMPACK (.prr).
+        "60E1" (as in points that are in use; that of the standard's joints is "EN 13674 60E1"), any other rail of EN
+        13674 as "54E1", "EN 15302 A" (with inclination 0 and a gauge of 1.435164 m), or a file with the profile: two
+        columns in mm, MiniProf (.ban) or SIMPACK (.prr).
     inclination
         Inclination of the rails towards the track's middle.
     gauge
