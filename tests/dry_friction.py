@@ -1,8 +1,9 @@
-"""Another program for dry friction, event by event: scipy's DOP853 with brackets and Brent's roots between the events.
+"""Other programs for dry friction, event by event: scipy's DOP853 with brackets and Brent's roots between the events.
 
-It knows one body on one wheelset on Hertz's contact, with a spring and one friction element between them, moving
-vertically; and shares no line with the package. Sticking with a spring, the friction force is a state: f' = s·(rate of
-the deflection). Rigid, body and wheelset have one acceleration, and f is what that needs.
+One knows a body on one wheelset on Hertz's contact, with a spring and one friction element between them, moving
+vertically; the other a body above the ground whose friction follows the force of a nest of springs that it may leave.
+They share no line with the package. Sticking with a spring, the friction force is a state: f' = s·(rate of the
+deflection). Rigid, body and wheelset have one acceleration, and f is what that needs.
 """
 
 from collections.abc import Callable
@@ -18,8 +19,50 @@ NODES = 12
 """Places in a step at which the sign of what makes an event is examined."""
 
 
+class EventByEvent:
+    """A march from event to event of a program with `start`, `first_mode`, `rates`, `gaps` and `after`."""
+
+    scale: np.ndarray
+    """Absolute error of each state that a step may have."""
+
+    def gap_along(self, motion, mode, which, t):
+        return self.gaps(t, motion(t), *mode)[which]
+
+    def march(self, breaks, end, longest=2e-4):
+        """Return all events, [(time, kind)], and the state at the end."""
+        t, x, mode, events = 0.0, self.start(), self.first_mode(), []
+        borders = [*sorted(b for b in breaks if b < end), end]
+        quiet = np.zeros(2)
+        while t < end:
+            until = next(b for b in borders if b > t)
+            step = solve_ivp(
+                self.rates, (t, min(until, t + longest)), x, args=mode, method="DOP853", rtol=1e-13, atol=self.scale,
+                dense_output=True,
+            )  # fmt: skip
+            times = np.linspace(t, step.t[-1], NODES * max(len(step.t) - 1, 1) + 1)
+            gaps = np.array([self.gaps(time, step.sol(time), *mode) for time in times])
+            found = []
+            for which in range(2):
+                below = np.flatnonzero((gaps[1:, which] < 0.0) & (gaps[:-1, which] >= quiet[which]))
+                first = int(below[0]) if len(below) else None
+                if first is not None and (first > 0 or gaps[0, which] > 0.0):
+                    value = partial(self.gap_along, step.sol, mode, which)
+                    found.append((brentq(value, times[first], times[first + 1], xtol=1e-16, rtol=1e-15), which))
+            if not found:
+                t, x = step.t[-1], step.y[:, -1]
+                continue
+            t, which = min(found)
+            x = step.sol(t)
+            mode, kind = self.after(t, x, *mode, which)
+            events.append((t, kind))
+            # a moment later, so that the gap that has just closed is open
+            little = 1e-12
+            x, t = x + little * self.rates(t, x, *mode), t + little
+        return events, x
+
+
 @dataclass
-class QuarterWagon:
+class QuarterWagon(EventByEvent):
     body: float
     wheelset: float
     spring: float
@@ -29,6 +72,10 @@ class QuarterWagon:
     series: float | None
     path: Callable[[float], float]
     begins: int = 0
+    scale = np.array([1e-9, 1e-7, 1e-9, 1e-7, 1e-3]) * 1e-4
+
+    def first_mode(self):
+        return True, self.begins
 
     def start(self):
         sinks = ((self.body + self.wheelset) * GRAVITY / self.contact) ** (2 / 3)
@@ -60,9 +107,6 @@ class QuarterWagon:
         rubs = slides * (x[1] - x[3]) if slides else self.limit - abs(self.friction(t, x, touches, slides))
         return np.array([(self.path(t) - x[2]) * (1 if touches else -1), rubs])
 
-    def gap_along(self, motion, mode, which, t):
-        return self.gaps(t, motion(t), *mode)[which]
-
     def after(self, t, x, touches, slides, which):
         """The mode after an event, and its name."""
         if which == 0:
@@ -79,35 +123,95 @@ class QuarterWagon:
             return (touches, 0), "stick"
         return (touches, int(np.sign(need))), "slip"
 
-    def march(self, breaks, end, longest=2e-4):
-        """Return all events, [(time, kind)], and the state at the end."""
-        t, x, mode, events = 0.0, self.start(), (True, self.begins), []
-        scale = np.array([1e-9, 1e-7, 1e-9, 1e-7, 1e-3]) * 1e-4
-        borders = [*sorted(b for b in breaks if b < end), end]
-        quiet = np.zeros(2)
-        while t < end:
-            until = next(b for b in borders if b > t)
-            step = solve_ivp(
-                self.rates, (t, min(until, t + longest)), x, args=mode, method="DOP853", rtol=1e-13, atol=scale,
-                dense_output=True,
-            )  # fmt: skip
-            times = np.linspace(t, step.t[-1], NODES * max(len(step.t) - 1, 1) + 1)
-            gaps = np.array([self.gaps(time, step.sol(time), *mode) for time in times])
-            found = []
-            for which in range(2):
-                below = np.flatnonzero((gaps[1:, which] < 0.0) & (gaps[:-1, which] >= quiet[which]))
-                first = int(below[0]) if len(below) else None
-                if first is not None and (first > 0 or gaps[0, which] > 0.0):
-                    value = partial(self.gap_along, step.sol, mode, which)
-                    found.append((brentq(value, times[first], times[first + 1], xtol=1e-16, rtol=1e-15), which))
-            if not found:
-                t, x = step.t[-1], step.y[:, -1]
-                continue
-            t, which = min(found)
-            x = step.sol(t)
-            mode, kind = self.after(t, x, *mode, which)
-            events.append((t, kind))
-            # a moment later, so that the gap that has just closed is open
-            little = 1e-12
-            x, t = x + little * self.rates(t, x, *mode), t + little
-        return events, x
+
+STICKS, OPEN = "sticks", "open"
+
+
+@dataclass
+class RubbedBody(EventByEvent):
+    """A body above the ground on a spring, and on a nest that presses its friction; x is its height, speed, and f.
+
+    Heights count from rest, where the nest is pressed by `pressed`, and the spring carries the rest of the weight.
+    """
+
+    mass: float
+    spring: float
+    nest: Callable[[float], tuple[float, float]]  # force and stiffness over the way by which it is pressed
+    pressed: float
+    down: float  # friction over the nest's force, of motions downwards
+    up: float
+    above: float  # by so much more it begins to slide
+    series: float | None
+    begin: tuple[float, float]
+    scale = np.array([1e-9, 1e-7, 1e-3]) * 1e-5
+
+    def first_mode(self):
+        x = self.start()
+        if self.pressed < x[0]:
+            return (OPEN,)
+        if self.series:
+            return (STICKS,)
+        need, force = self.pull(x), self.nest(self.pressed - x[0])[0]
+        sticks = x[1] == 0.0 and abs(need) <= self.above * self.factor(need) * force
+        return (STICKS if sticks else int(np.sign(x[1] or need)),)
+
+    def start(self):
+        return np.array([*self.begin, 0.0])
+
+    def pull(self, x):
+        """Force of springs and weight beyond that at rest."""
+        return self.nest(self.pressed - x[0])[0] - self.nest(self.pressed)[0] - self.spring * x[0]
+
+    def factor(self, side):
+        return self.up if side > 0 else self.down
+
+    def friction(self, x, mode):
+        if mode == OPEN:
+            return 0.0
+        if mode == STICKS:
+            return x[2] if self.series else self.pull(x)
+        return mode * self.factor(mode) * self.nest(self.pressed - x[0])[0]
+
+    def rates(self, t, x, mode):
+        f = self.friction(x, mode)
+        held = mode == STICKS and not self.series
+        grows = self.series * x[1] if mode == STICKS and self.series else 0.0
+        return np.array([0.0 if held else x[1], 0.0 if held else (self.pull(x) - f) / self.mass, grows])
+
+    def slip(self, x, side):
+        """How fast it slides to a side: with a spring in series, that of the face behind it."""
+        v = side * x[1]
+        return v if not self.series else v + self.factor(side) * self.nest(self.pressed - x[0])[1] * x[1] / self.series
+
+    def gaps(self, t, x, mode):
+        """What falls through zero: of the friction, of the nest, and of the nest's corner."""
+        force, _ = self.nest(self.pressed - x[0])
+        left = self.pressed - x[0]
+        if mode == OPEN:
+            return np.array([-left, 1.0])
+        if mode == STICKS:
+            f = self.friction(x, mode)
+            return np.array([self.above * self.factor(f) * force - abs(f), left if f == 0.0 else 1.0])
+        return np.array([self.slip(x, mode), left])
+
+    def after(self, t, x, mode, which):
+        if which == 1:
+            x[2] = 0.0
+            return (OPEN,), "leave"
+        if mode == OPEN:
+            side = int(np.sign(x[1]))
+            k = self.nest(1e-12)[1]
+            if self.series and self.series * abs(x[1]) <= self.above * self.factor(side) * k * -x[1]:
+                return (STICKS,), "meet"
+            return (side,), "meet"
+        if mode == STICKS:
+            side = int(np.sign(self.friction(x, mode)))
+            return (side,), "slip"
+        if self.series:
+            x[2] = self.friction(x, mode)
+            return (STICKS,), "stick"
+        x[1] = 0.0
+        need, force = self.pull(x), self.nest(self.pressed - x[0])[0]
+        if abs(need) <= self.factor(need) * force:
+            return (STICKS,), "stick"
+        return (int(np.sign(need)),), "slip"

@@ -148,6 +148,7 @@ OTHERS = (
     # what a scenario, a field or a recording is refused for, whatever marches it
     "there, ``patch`` is refused", "those cells are *refused*",
     "fields that are counts or switches are refused by name", "a void, which is not linear, and scatter are refused",
+    "Names of loads are checked", "A normal force from a rigid link is not unique",
     "hunts already at the lowest speed is refused", '``wear_in`` refuses ``rolling="circle"``',
     "``wear_in`` refuses circle rolling", "Runs on rails are refused below 0.25 m/s",
     "An anomaly at a seat that no wheel comes near is refused", "the wheel does not roll or not as a point",

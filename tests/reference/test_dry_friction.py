@@ -196,16 +196,22 @@ def test_a_mass_on_a_belt_sticks_and_slips_as_matrix_exponentials_say(series):
 # -- several at rest --------------------------------------------------------------------------------------------------
 
 
+def both(bounds):
+    """The same bounds back and forth."""
+    return np.column_stack([bounds, bounds])
+
+
 def of_all_states(Y, free, bounds):
-    """Accelerations a = free - Y·f and the least forces |f| ≤ bounds that resist them, by trying all 3ⁿ states."""
-    found, scale = [], np.abs(free) + np.abs(Y) @ bounds
+    """Accelerations a = free - Y·f and the least forces within bounds, by trying all 3ⁿ states."""
+    back, forth = np.broadcast_to(bounds.T, (2, len(free)))
+    found, scale = [], np.abs(free) + np.abs(Y) @ np.maximum(back, forth)
     for state in product((-1.0, 0.0, 1.0), repeat=len(free)):
         side = np.array(state)
-        inside, f = side == 0.0, side * bounds
+        inside, f = side == 0.0, np.where(side > 0.0, forth, -back * (side < 0.0))
         f[inside] = np.linalg.pinv(Y[np.ix_(inside, inside)], rcond=1e-10) @ (free - Y @ f)[inside]
         a = free - Y @ f
         rests = np.abs(np.where(inside, a, np.minimum(side * a, 0.0))) <= 1e-9 * scale
-        if rests.all() and (np.abs(f) <= bounds * (1.0 + 1e-9)).all():
+        if rests.all() and ((-back * (1.0 + 1e-9) <= f) & (f <= forth * (1.0 + 1e-9))).all():
             found.append((f @ f, tuple(a), tuple(f)))
     return (np.array(one) for one in min(found)[1:])
 
@@ -228,8 +234,21 @@ def test_rest_is_the_only_one_of_all_states():
         Y, free, bounds = drawn_rest(draw, count)
         a, least = of_all_states(Y, free, bounds)
         f, ends = np.zeros((2, len(free)))
-        confine(Y, free, bounds, f, ends)
+        confine(Y, free, both(bounds), f, ends)
         np.testing.assert_allclose(free - Y @ f, a, rtol=0, atol=1e-9 * (np.abs(free) + np.abs(Y) @ bounds).max())
+        np.testing.assert_allclose(f, least, rtol=0, atol=1e-8)
+
+
+@pytest.mark.slow
+def test_rest_with_other_bounds_to_each_side_is_the_only_one_of_all_states():
+    draw = np.random.default_rng(24)
+    for count in [1, 2, 3, 4, 5] * 12 + [8] * 3:
+        Y, free, bounds = drawn_rest(draw, count)
+        sides = np.column_stack([bounds, bounds * draw.choice([0.3, 1.0, 2.0], count)])
+        a, least = of_all_states(Y, free, sides)
+        f, ends = np.zeros((2, len(free)))
+        confine(Y, free, sides, f, ends)
+        np.testing.assert_allclose(free - Y @ f, a, rtol=0, atol=1e-9 * (np.abs(free) + np.abs(Y) @ sides.max(1)).max())
         np.testing.assert_allclose(f, least, rtol=0, atol=1e-8)
 
 
@@ -248,7 +267,7 @@ def test_who_moves_has_the_force_that_slides():
                 break
             bounds[moves] = forces[moves]
         ends = np.zeros(len(free))
-        sides = decide_rest(Y, free, np.ones(len(free)), limits, forces, np.zeros(len(free)), ends)
+        sides = decide_rest(Y, free, np.ones(len(free)), both(limits), both(forces), np.zeros(len(free)), ends)
         np.testing.assert_array_equal(sides, np.sign(a) * moves)
 
 
@@ -260,9 +279,9 @@ def test_ties_within_rounding_go_together():
     limits, forces = np.full(2, 3600.0), np.full(2, 3000.0)
     for uneven in (0.0, 1e-13, -1e-13):
         need = Y @ (limits * np.array([1.0 + uneven, 1.0 - uneven]))
-        sides = decide_rest(Y, need, np.ones(2), limits, forces, np.zeros(2), np.zeros(2))
+        sides = decide_rest(Y, need, np.ones(2), both(limits), both(forces), np.zeros(2), np.zeros(2))
         assert list(sides) == [1.0, 1.0]
-    sides = decide_rest(Y, Y @ (limits * 0.9999), np.ones(2), limits, forces, np.zeros(2), np.zeros(2))
+    sides = decide_rest(Y, Y @ (limits * 0.9999), np.ones(2), both(limits), both(forces), np.zeros(2), np.zeros(2))
     assert list(sides) == [0.0, 0.0]
 
 
@@ -278,7 +297,7 @@ def test_one_at_its_limit_slides_alone_however_small_its_part():
         f = limits * draw.uniform(-0.9, 0.9, count)
         f[which] = limits[which] * (1.0 + 1e-11)
         ends = np.zeros(count)
-        sides = decide_rest(Y, Y @ f, np.ones(count), limits, forces, np.zeros(count), ends)
+        sides = decide_rest(Y, Y @ f, np.ones(count), both(limits), both(forces), np.zeros(count), ends)
         assert sides[which] == 1.0
         if limits[which] == forces[which]:  # its force goes on as it was, and so do the others
             assert np.abs(sides).sum() == 1.0
@@ -298,7 +317,7 @@ def test_dependent_ones_hold_as_long_as_any_forces_can():
                        b_eq=np.zeros(count), bounds=box)  # fmt: skip
         ends, stuck = np.zeros(count), np.ones(count)
         below, at, above = (
-            decide_rest(Y, -best.fun * share * load, stuck, limits, limits, np.zeros(count), ends)
+            decide_rest(Y, -best.fun * share * load, stuck, both(limits), both(limits), np.zeros(count), ends)
             for share in (1.0 - 1e-7, 1.0 + 1e-9, 1.0 + 1e-4)
         )
         assert not below.any()

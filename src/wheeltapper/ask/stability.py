@@ -11,7 +11,7 @@ import numpy as np
 
 from wheeltapper.ask.modes import STILL, linear_system, modes
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.vehicle.element import Friction
+from wheeltapper.describe.vehicle.element import Sliding
 from wheeltapper.ground.arguments import as_between, as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
@@ -73,7 +73,7 @@ def critical_speed(
     level = scenario.replaced({"irregularity": None})
     with progress_shown(progress, "speeds in m/s"):
         found = _first_growth(level, lowest, highest, tolerance)
-        sticking = [element for element in level.vehicle.elements if isinstance(element, Friction)]
+        sticking = [element for element in level.vehicle.elements if isinstance(element, Sliding)]
         if sticking:
             warn_caller(_friction_text(level, sticking, found, (lowest, highest, tolerance)))
         return found
@@ -98,7 +98,7 @@ def _first_growth(level: Scenario, lowest: float, highest: float, tolerance: flo
     return float("inf")
 
 
-def _friction_text(level: Scenario, sticking: list[Friction], found: float, search: tuple[float, float, float]) -> str:
+def _friction_text(level: Scenario, sticking: list[Sliding], found: float, search: tuple[float, float, float]) -> str:
     """Return how friction is taken, and the critical speed without it."""
     lowest, highest, _ = search
 

@@ -17,7 +17,8 @@ from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.creep.base import CreepLaw
 from wheeltapper.describe.creep.fastsim import Fastsim
-from wheeltapper.describe.vehicle.element import Damper, Element, Friction, Link, Spring, Stop
+from wheeltapper.describe.vehicle.element import Damper, Element, Link, Sliding, Spring, Stop
+from wheeltapper.describe.vehicle.freight import CompressionSpring
 from wheeltapper.faces.panels import BLUE, COLOURS, legend_above, panels, spaced
 from wheeltapper.ground.errors import InputError, value_text
 
@@ -273,16 +274,30 @@ def _(element: Stop) -> Characteristic:
 
 
 @characteristic_of.register
-def _(element: Friction) -> Characteristic:
-    give = element.limit / float(element.series_stiffness) if element.series_stiffness else 0.0
+def _(element: Sliding) -> Characteristic:
+    pressed = element.pressed_by is not None
+    (back, forth), (back_limit, forth_limit) = element.bounds
+    unit = 1.0 if pressed else 1e3  # over the force that presses, or kN
+    give = 0.0 if pressed or not element.series_stiffness else forth_limit / float(element.series_stiffness)
     swing = max(0.01, 3.0 * give)
-    slides, sticks = element.force / 1e3, element.limit / 1e3
     x = 1e3 * np.array([0.0, give, give, swing, swing - 2 * give, swing - 2 * give, -swing, 2 * give - swing, swing])
-    y = np.array([0.0, sticks, slides, slides, -sticks, -slides, -slides, sticks, slides])
+    y = np.array([0.0, forth_limit, forth, forth, -back_limit, -back, -back, forth_limit, forth]) / unit
     x[-1], y[-1] = x[1] if give else x[-1], y[2]
     way = np.linspace(0.0, 1.0, 25)[:-1]
     dense = [np.concatenate([a + (b - a) * way for a, b in zip(v[:-1], v[1:], strict=True)]) for v in (x, y)]
-    return Characteristic("deflection [mm]", {f"along {element.along}, there and back": (dense[0], dense[1])})
+    turns = element.direction not in AXES
+    what = "moment [kN m]" if turns else "force [kN]"
+    if pressed:
+        what = f"{'moment [m]' if turns else 'force'} over that of {element.pressed_by}"
+    way_text = f"{'about' if turns else 'along'} {element.direction}, there and back"
+    return Characteristic("angle [mrad]" if turns else "deflection [mm]", {way_text: (dense[0], dense[1])}, what)
+
+
+@characteristic_of.register
+def _(element: CompressionSpring) -> Characteristic:
+    places = np.append(-0.25 * element.compression[-1], np.array(element.compression, dtype=float))
+    force = np.append(0.0, np.array(element.force, dtype=float))
+    return Characteristic("pressed by [mm]", {f"along {element.along}": (1e3 * places, force / 1e3)})
 
 
 @characteristic_of.register

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.vehicle.wagon import TREADS_APART, Wagon
+from wheeltapper.describe.vehicle.wagon import TREADS_APART
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.laws.plastic import virgin_pieces
 from wheeltapper.lower.paths.table import blank_rows
-from wheeltapper.lower.structure import Structure
 from wheeltapper.march.common.law_columns import PLASTIC_ONSET
 from wheeltapper.march.common.program import PIECE_COLUMNS, STOP
 from wheeltapper.march.wagon import assembly as asm
@@ -26,37 +25,6 @@ FloatArray = NDArray[np.float64]
 STANDING = 1e-3
 """Largest vertical acceleration of a wheelset that stands, m/s²; one that hangs in the air falls."""
 _ENDLESS = np.where(np.arange(PIECE_COLUMNS) == STOP, np.inf, 0.0)
-
-
-def static_loads(structure: Structure, wagon: Wagon) -> FloatArray:
-    """Return the loads on the wheelsets, N, if all bodies rest on wheelsets with zero displacement.
-
-    The springs are prestressed so that the displacements are zero in this state.
-    """
-    on_wheels = np.array([body.startswith("wheelset ") and body in wagon.names for body, _ in structure.motions])
-    free = ~on_wheels
-    ties = structure.ties[:, free]
-    count = int(free.sum())
-    stiffness = structure.stiffness[np.ix_(free, free)]
-    whole = np.block([[stiffness, ties.T], [ties, np.zeros((len(ties), len(ties)))]])
-    scale = np.sqrt(np.maximum(np.abs(np.diag(whole)), 1.0))
-    scaled = whole / np.outer(scale, scale)
-    if count and np.linalg.cond(scaled) > 1e13:
-        loose = np.linalg.svd(scaled)[2][-1][:count]
-        body, motion = [m for m, is_free in zip(structure.motions, free, strict=True) if is_free][
-            int(np.argmax(abs(loose)))
-        ]
-        raise InputError(
-            "", "vehicle.elements", f"nothing that holds {body!r} in {motion}", "springs or links that hold every body"
-        )
-    right = np.concatenate([structure.gravity[free], np.zeros(len(ties))]) / scale
-    found = np.linalg.solve(scaled, right) / scale if len(whole) else np.zeros(0)
-    loads = np.zeros(len(structure.motions))
-    carried = (
-        structure.stiffness[np.ix_(on_wheels, free)] @ found[:count] + structure.ties[:, on_wheels].T @ found[count:]
-    )
-    loads[on_wheels] = structure.gravity[on_wheels] - carried
-    return loads
 
 
 def jacobian(assembly: Assembly, state: FloatArray, unknown: NDArray[np.int64], steps: FloatArray) -> FloatArray:

@@ -13,12 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.vehicle.body import MOTIONS
-from wheeltapper.describe.vehicle.element import GROUND, Damper, Element, Friction, Link, Spring, Stop
+from wheeltapper.describe.vehicle.element import GROUND, Damper, Element, Link, Sliding, Spring, Stop
+from wheeltapper.describe.vehicle.freight import CompressionSpring
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.prestress import OneWay, Prestress, prestress_of
 
 FloatArray = NDArray[np.float64]
 AXES = ("x", "y", "z")
+STANDING = 1e-9
+"""Share of the vehicle's weight below which a spring carries nothing."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class SeriesDamper:
 class Characteristic:
     """A force that is piecewise linear in the deflection `row`·q, or with `of_rate` in its rate `row`·q'.
 
-    Corners that begin with (0, 0) are those of an odd function.
+    Corners that begin with (0, 0) are those of an odd function. `one_way`: behind the last one the force is constant.
     """
 
     name: str
@@ -49,17 +53,36 @@ class Characteristic:
     deflection: FloatArray
     force: FloatArray
     of_rate: bool = False
+    one_way: bool = False
+
+
+@dataclass(frozen=True)
+class Pressing:
+    """The force that presses a slider: `load` at rest, `row`·q more, less the force of characteristic number `by`.
+
+    Bounds are factors times it, back and forth: of sliding, and of beginning to.
+    """
+
+    load: float
+    row: FloatArray
+    by: int | None
+    slides: tuple[float, float]
+    begins: tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Slider:
-    """Dry friction in the direction of `row`: its forces while it slides and where it begins to, and its spring."""
+    """Dry friction in the direction of `row`: its forces while it slides and where it begins to, and its spring.
+
+    Where these follow what presses it, they are those at rest, or near it, where nothing presses at rest.
+    """
 
     name: str
     row: FloatArray
     force: float
     limit: float
     stiffness: float | None
+    pressing: Pressing | None = None
 
 
 @dataclass(frozen=True)
@@ -78,8 +101,8 @@ class Structure:
         Elements that are not linear in q and q'; they act against their row. Sliders with a spring stand first.
     ties
         (ties, n) rows; links keep `row`·q at zero.
-    gravity
-        (n,) weights, and constant loads of wheelsets.
+    prestress
+        Static state, in which the wheelsets carry the vehicle: q counts from it.
     """
 
     motions: tuple[tuple[str, str], ...]
@@ -90,7 +113,18 @@ class Structure:
     characteristics: tuple[Characteristic, ...]
     sliders: tuple[Slider, ...]
     ties: FloatArray
-    gravity: FloatArray
+    prestress: Prestress
+
+    def bounds_of(self, slider: Slider, side: float, q: FloatArray) -> tuple[float, float]:
+        """Return the force with which a slider slides to a side, -1 or 1, and with which it begins to, N."""
+        pressing = slider.pressing
+        if pressing is None:
+            return slider.force, slider.limit
+        force = pressing.load + float(pressing.row @ q)
+        if pressing.by is not None:
+            law = self.characteristics[pressing.by]
+            force -= float(np.interp(law.row @ q, law.deflection, law.force))
+        return max(force, 0.0) * pressing.slides[int(side > 0.0)], max(force, 0.0) * pressing.begins[int(side > 0.0)]
 
     def motion_row(self, body: str, motion: str) -> FloatArray:
         """Return the row that selects one motion of a body; zero if the motion is held."""
@@ -141,6 +175,13 @@ class _BodyPlaces:
         first, second = element.between
         return self.point_rows(first, at) - self.point_rows(second, at)
 
+    def row_along(self, element: Element, direction: str) -> FloatArray:
+        """Return the row of that displacement, or of that rotation, (n,)."""
+        if direction in AXES:
+            return np.asarray(self.deflection_rows(element)[AXES.index(direction)])
+        first, second = (self.rotation_rows(body) for body in element.between)
+        return np.asarray((first - second)[MOTIONS.index(direction) - 3])
+
     def motion_masses(self) -> FloatArray:
         """Return the mass or moment of inertia of each motion."""
         out = []
@@ -155,13 +196,15 @@ def structure_of(wagon: Wagon) -> Structure:
     places = _BodyPlaces(wagon)
     count = len(places.motions)
     stiffness, damping = np.zeros((count, count)), np.zeros((count, count))
-    series, characteristics, sliders, ties = [], [], [], [np.zeros((0, count))]
+    series, characteristics, ties = [], [], [np.zeros((0, count))]
+    springs, one_ways, rubbing = dict[str, FloatArray](), list[OneWay](), list[tuple[Sliding, FloatArray]]()
     for element in wagon.elements:
         rows = places.deflection_rows(element)
         if isinstance(element, Spring):
             first, second = element.between
             turns = places.rotation_rows(first) - places.rotation_rows(second)
             stiffness += rows.T @ np.diag(element.stiffness) @ rows + turns.T @ np.diag(element.bending) @ turns
+            springs[element.name] = element.stiffness[2] * rows[2]
         elif isinstance(element, Damper) and element.series_stiffness is not None:
             for axis, row, slope in zip(AXES, rows, element.slopes, strict=True):
                 if slope > 0.0:
@@ -175,26 +218,56 @@ def structure_of(wagon: Wagon) -> Structure:
             characteristics.append(Characteristic(element.name, row, *law, of_rate=True))
         elif isinstance(element, Damper):
             damping += rows.T @ np.diag(element.slopes) @ rows
-        elif isinstance(element, Friction):
-            row = rows[AXES.index(element.along)]
-            sliders.append(Slider(element.name, row, element.force, element.limit, element.series_stiffness))
+        elif isinstance(element, Sliding):
+            rubbing.append((element, places.row_along(element, element.direction)))
         elif isinstance(element, Stop):
             row = rows[AXES.index(element.along)]
             characteristics.append(
                 Characteristic(element.name, row, np.array(element.deflection), np.array(element.force))
             )
+        elif isinstance(element, CompressionSpring):
+            one_ways.append(OneWay(element, rows[AXES.index(element.along)]))
         elif isinstance(element, Link):
             ties.append(rows[[AXES.index(axis) for axis in element.along]])
         else:
-            what = f"a {type(element).__name__}, of which nothing is lowered"
-            raise InputError("", f"vehicle.elements.{element.name}", what, "Spring, Damper, Friction, Stop or Link")
+            what, known = f"a {type(element).__name__}, of which nothing is lowered", "an element of wt.vehicles"
+            raise InputError("", f"vehicle.elements.{element.name}", what, known)
     mass = places.motion_masses()
     upright = np.array([motion == "z" for _, motion in places.motions])
     weights = np.where(upright, -mass * wagon.gravity, 0.0)
     for name, axle in zip(places.wheelsets, wagon.axles, strict=True):
         weights -= axle.load * np.array([motion == (name, "z") for motion in places.motions])
+    prestress = prestress_of(places.motions, places.wheelsets, stiffness, np.vstack(ties), weights, one_ways)
+    characteristics += [
+        Characteristic(one.spring.name, one.row, *one.corners_about(found), one_way=True)
+        for one, found in zip(one_ways, prestress.one_ways, strict=True)
+    ]
+    numbers = {one.name: number for number, one in enumerate(characteristics)}
+    sliders = [_slider(element, row, springs, numbers, prestress) for element, row in rubbing]
     sliders.sort(key=lambda slider: slider.stiffness is None)
     return Structure(
         places.motions, mass, damping, stiffness, tuple(series), tuple(characteristics), tuple(sliders),
-        np.vstack(ties), weights,
+        np.vstack(ties), prestress,
+    )  # fmt: skip
+
+
+def _slider(
+    element: Sliding, row: FloatArray, springs: dict[str, FloatArray], numbers: dict[str, int], prestress: Prestress
+) -> Slider:
+    """Return dry friction; `springs` have their vertical forces as rows, `numbers` are those of characteristics."""
+    slides, begins = element.bounds
+    pressing, load = None, 1.0
+    if element.pressed_by is not None:
+        by = numbers.get(element.pressed_by)
+        pulls = springs.get(element.pressed_by, np.zeros(len(row)))
+        held = prestress.force_of(element.pressed_by) if by is not None else float(pulls @ prestress.sinking)
+        if by is None and not abs(held) > STANDING * prestress.weight:
+            raise InputError(
+                "", f"vehicle.elements.{element.name}.load", f"{element.pressed_by!r}, which carries nothing at rest",
+                "a spring with a vertical force under the static load",
+            )  # fmt: skip
+        pressing = Pressing(abs(held), np.sign(held) * pulls, by, slides, begins)
+        load = abs(held) if held else prestress.weight
+    return Slider(
+        element.name, row, load * max(slides), load * max(begins), element.series_stiffness, pressing
     )  # fmt: skip

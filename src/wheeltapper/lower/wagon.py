@@ -38,8 +38,8 @@ from wheeltapper.lower.lowered.wagon import LoweredWagon, StateLayout
 from wheeltapper.lower.numbers import METHODS, Method
 from wheeltapper.lower.paths.table import PathTable
 from wheeltapper.lower.plausible import doubts
-from wheeltapper.lower.standing import level_assembly, normal_forces, standing_on, static_loads, steady_state
-from wheeltapper.lower.structure import SeriesDamper, Structure, structure_of
+from wheeltapper.lower.standing import level_assembly, normal_forces, standing_on, steady_state
+from wheeltapper.lower.structure import Characteristic, SeriesDamper, Structure, structure_of
 from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
 from wheeltapper.march.wagon.columns import packed_columns
@@ -100,7 +100,7 @@ def _element_arrays(structure: Structure, layout: StateLayout, mobility: FloatAr
     corners, inside = list[FloatArray](), list[int]()
     places, own = layout.displacement_places, layout.state_count
     laws: list[tuple[FloatArray, bool, FloatArray | None]]
-    laws = [(item.row, item.of_rate, _both_sides(item.deflection, item.force)) for item in structure.characteristics]
+    laws = [(item.row, item.of_rate, _corners_of(item)) for item in structure.characteristics]
     laws += [(item.row, False, _series_corners(item)) for item in structure.series]
     laws += [(item.row, item.stiffness is None, None) for item in structure.sliders]
     springs = [False] * len(structure.characteristics) + [True] * len(structure.series)
@@ -124,6 +124,7 @@ def _element_arrays(structure: Structure, layout: StateLayout, mobility: FloatAr
     out["element_inside"] = np.array(inside, dtype=np.int64)
     numbers = [[item.force, item.limit, item.stiffness or 0.0, 0.0] for item in structure.sliders]
     out["sliders"] = np.array(numbers).reshape(-1, asm.SLIDER_COLUMNS)
+    out |= _pressing_arrays(structure, layout)
     rows = np.zeros((0, len(places)))
     rigid = [np.pad(item.row, (0, len(places) - len(item.row))) for item in structure.sliders if item.stiffness is None]
     rows = np.vstack([rows, *rigid])
@@ -131,6 +132,36 @@ def _element_arrays(structure: Structure, layout: StateLayout, mobility: FloatAr
     out["thrusts"] = np.zeros((len(rows), len(layout.bodies) * LANES))
     out["thrusts"][:, places // PLACES * LANES + places % PLACES] = rows @ mobility
     return out, sum(springs)
+
+
+def _pressing_arrays(structure: Structure, layout: StateLayout) -> dict[str, Any]:
+    """Return the arrays of what presses sliders; none where nothing does."""
+    if not any(item.pressing for item in structure.sliders):
+        return {}
+    numbers, spans, index, weight = list[list[float]](), [0], list[int](), list[float]()
+    for item in structure.sliders:
+        row = np.zeros(len(structure.motions)) if item.pressing is None else item.pressing.row
+        used = np.flatnonzero(row)
+        index += list(layout.displacement_places[used])
+        weight += list(row[used])
+        spans.append(len(index))
+        pressing = item.pressing
+        if pressing is None:
+            numbers.append([0.0, 0.0, 0.0, 0.0, 0.0, -1.0])
+        else:
+            by = -1.0 if pressing.by is None else float(pressing.by)
+            numbers.append([*pressing.slides, *pressing.begins, pressing.load, by])
+    integers = {"press_spans": spans, "press_index": index}
+    out: dict[str, Any] = {name: np.array(values, dtype=np.int64) for name, values in integers.items()}
+    return out | {"pressed": np.array(numbers), "press_weight": np.array(weight, dtype=float)}
+
+
+def _corners_of(item: Characteristic) -> FloatArray:
+    """Return the corners of a characteristic; of one that ends at its last corner one far behind it."""
+    if not item.one_way:
+        return _both_sides(item.deflection, item.force)
+    corners = np.column_stack([item.deflection, item.force, np.zeros(len(item.force))])
+    return np.vstack([corners, corners[-1] + [1e3, 0.0, 0.0]])
 
 
 def _series_corners(damper: SeriesDamper) -> FloatArray:
@@ -176,7 +207,7 @@ def lower_wagon(scenario: Scenario, method: str = "default", worn: WornRails | N
     if len(wagon.axles) > MOST_AXLES:
         raise InputError("", "vehicle.axles", f"{len(wagon.axles)} wheelsets", f"{MOST_AXLES} at most")
     structure = structure_of(wagon)
-    loads = static_loads(structure, wagon)
+    loads = structure.prestress.loads
     wheelsets = [f"wheelset {i + 1}" for i in range(len(wagon.axles))]
     per_wheelset = np.array([-loads @ structure.motion_row(name, "z") for name in wheelsets])
     if np.any(per_wheelset <= 0.0):

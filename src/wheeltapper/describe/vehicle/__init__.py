@@ -13,8 +13,14 @@ if TYPE_CHECKING:
     from wheeltapper.describe.vehicle.element import Element as Element
     from wheeltapper.describe.vehicle.element import Friction as Friction
     from wheeltapper.describe.vehicle.element import Link as Link
+    from wheeltapper.describe.vehicle.element import Sliding as Sliding
     from wheeltapper.describe.vehicle.element import Spring as Spring
     from wheeltapper.describe.vehicle.element import Stop as Stop
+    from wheeltapper.describe.vehicle.freight import CentreBowl as CentreBowl
+    from wheeltapper.describe.vehicle.freight import CompressionSpring as CompressionSpring
+    from wheeltapper.describe.vehicle.freight import FrictionWedge as FrictionWedge
+    from wheeltapper.describe.vehicle.freight import LenoirLink as LenoirLink
+    from wheeltapper.describe.vehicle.freight import LoadFriction as LoadFriction
     from wheeltapper.describe.vehicle.wagon import ErriB176 as ErriB176
     from wheeltapper.describe.vehicle.wagon import Wagon as Wagon
     from wheeltapper.describe.vehicle.wheelset import Wheelset as Wheelset

@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import (
     AngularStiffness,
+    Coefficient,
     Damping,
     Force,
     Length,
@@ -23,9 +24,11 @@ from wheeltapper.describe.noun import (
     Speed,
     Stiffness,
 )
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, value_text
 
 GROUND = "ground"
+Direction = Literal["x", "y", "z", "roll", "pitch", "yaw"]
+Pair = tuple[float, float]
 
 
 class Element(Noun, abstract=True):
@@ -115,7 +118,7 @@ class Damper(Element):
             found = ", ".join(name for name in named if getattr(self, name) not in (None, ())) or "none of them"
             raise InputError("", "damping", found, "damping, or along, rate and force")
         if given:
-            _check_corners("rate", self.rate, self.force)
+            check_corners("rate", self.rate, self.force)
             if 0.0 not in self.rate or self.force[self.rate.index(0.0)] != 0.0 or self.rate[-1] == 0.0:
                 raise InputError("", "rate", "a characteristic that does not pass through zero", "rate 0 with force 0")
             if any(b < a or (b == a and self.series_stiffness) for a, b in pairwise(self.force)):
@@ -134,49 +137,113 @@ class Damper(Element):
         return x, y, z
 
 
-class Friction(Element):
-    """Dry (Coulomb) friction in one direction: it sticks until its force reaches a limit, then slides with a given one.
+class Sliding(Element, abstract=True):
+    """The common part of dry friction: it sticks until its force reaches a limit, then slides with a given force.
 
     With `series_stiffness` it is an elastic slider (a Jenkins element): it sticks as a spring. It sticks again when its
     sliding rate falls through zero. Without, it sticks as a rigid constraint, and the forces of all sticking elements
-    are found together. When its sliding rate comes to zero, and no force within `force` holds it there, it slides the
-    other way. If sticking elements hold each other, so that their forces are not determined, they share them as equally
-    stiff springs would. Vehicles begin at rest, with all friction sticking without a force.
+    are found together. When its sliding rate comes to zero, and no force within its bounds holds it there, it slides
+    the other way. If sticking elements hold each other, so that their forces are not determined, they share them as
+    equally stiff springs would. Vehicles begin at rest, with all friction sticking without a force.
+
+    Friction acts in one direction. A face that slides in two directions takes two elements: then each has the whole
+    force of friction, a box instead of a circle.
 
     `wt.modes` and `wt.stability` take all friction as sticking: as its spring, or as a rigid connection.
 
     Parameters
     ----------
-    along
-        The direction.
-    force
-        Friction force while it slides, N.
-    static_force
-        Force at which it begins to slide, N, at least `force`; None: `force`.
     series_stiffness
-        Stiffness of the spring in series, N/m; None: rigid.
+        Stiffness of the spring in series, N/m, or N·m/rad about an axis; None: rigid.
+    """
+
+    series_stiffness: PositiveStiffness | None = None
+
+    @property
+    def direction(self) -> Direction:
+        """Along, or about, which axis it acts."""
+        return str(getattr(self, "along"))  # type: ignore[return-value]  # noqa: B009
+
+    @property
+    def pressed_by(self) -> str | None:
+        """Name of the spring whose force presses it; None if its own force is constant."""
+        return getattr(self, "load", None)
+
+    @property
+    def bounds(self) -> tuple[Pair, Pair]:
+        """Forces of sliding, back and forth, and those at which it begins to slide, N (N·m about an axis).
+
+        Over the force that presses it where one does.
+        """
+        raise NotImplementedError
+
+
+class Friction(Sliding):
+    """Dry (Coulomb) friction along or about one axis, with a constant force, or with one that follows a spring's.
+
+    It sticks until its force reaches a limit, then slides with a given one. Where `load` names a spring, both are the
+    coefficients times the force that presses in it, and where that ends there is no friction.
+
+    Parameters
+    ----------
+    along
+        The direction; "roll", "pitch" or "yaw": about that axis, with moments.
+    force
+        Friction force while it slides, N (N·m about an axis).
+    static_force
+        Force at which it begins to slide, at least `force`; None: `force`.
+    load
+        Instead of `force`: the name of a `Spring`, whose vertical force presses the faces together, or of a
+        `CompressionSpring`.
+    coefficient
+        With `load`: the force while it slides over that which presses, m about an axis (the arm included). Two numbers:
+        where its first end goes forth on its direction, relative to the second one, and back.
+    static_coefficient
+        The same for the force at which it begins to slide, at least `coefficient`; None: `coefficient`.
     """
 
     example: ClassVar[dict[str, Any]] = {"along": "z", "force": 500.0}
-    along: Literal["x", "y", "z"]
-    force: SlidingForce
+    along: Direction
+    force: SlidingForce | None = None
     static_force: PositiveForce | None = None
-    series_stiffness: PositiveStiffness | None = None
+    load: str | None = None
+    coefficient: Coefficient | tuple[Coefficient, Coefficient] | None = None
+    static_coefficient: Coefficient | tuple[Coefficient, Coefficient] | None = None
 
     @model_validator(mode="after")
     def _check_forces(self) -> Friction:
+        if (self.load is None) != (self.coefficient is None) or (self.load is None) == (self.force is None):
+            named = ("force", "load", "coefficient")
+            found = ", ".join(name for name in named if getattr(self, name) is not None) or "none of them"
+            raise InputError("", "force", found, "force, or load and coefficient")
         if self.force == 0.0:
             allowed = "greater than 0, however little; a vehicle without friction has no such element (`without`)"
             raise InputError("", "force", "0 N", allowed)
-        if self.static_force is not None and self.static_force < self.force:
+        other = "static_force" if self.load is not None else "static_coefficient"
+        if getattr(self, other) is not None:
+            raise InputError("", other, f"{getattr(self, other)!r} beside {'load' if self.load else 'force'}", "none")
+        slides, begins = self.bounds
+        if self.static_force is not None and self.static_force < slides[0]:
             allowed = f"at least force, {self.force:g} N"
             raise InputError("", "static_force", f"{self.static_force:g} N", allowed)
+        if any(limit < force for force, limit in zip(slides, begins, strict=True)):
+            found = value_text(self.static_coefficient)
+            raise InputError("", "static_coefficient", found, f"at least coefficient, {value_text(self.coefficient)}")
         return self
 
     @property
-    def limit(self) -> float:
-        """Force at which it begins to slide, N."""
-        return float(self.force if self.static_force is None else self.static_force)
+    def bounds(self) -> tuple[Pair, Pair]:
+        """As of all that slides."""
+        if self.force is not None:
+            limit = self.force if self.static_force is None else self.static_force
+            return (self.force, self.force), (limit, limit)
+        slides = _both_ways(self.coefficient)
+        return slides, slides if self.static_coefficient is None else _both_ways(self.static_coefficient)
+
+
+def _both_ways(given: Any) -> Pair:
+    """Return numbers back and forth from one for both, or from those forth and back."""
+    return (float(given[1]), float(given[0])) if isinstance(given, tuple) else (float(given), float(given))
 
 
 class Stop(Element):
@@ -200,13 +267,13 @@ class Stop(Element):
 
     @model_validator(mode="after")
     def _check_rising(self) -> Stop:
-        _check_corners("deflection", self.deflection, self.force)
+        check_corners("deflection", self.deflection, self.force)
         if self.deflection[0] != 0.0 or self.force[0] != 0.0:
             raise InputError("", "", "a characteristic that does not begin at zero", "deflection 0 and force 0 first")
         return self
 
 
-def _check_corners(name: str, places: tuple[float, ...], force: tuple[float, ...]) -> None:
+def check_corners(name: str, places: tuple[float, ...], force: tuple[float, ...]) -> None:
     """Refuse corners of a characteristic over `name` that are not pairs, or whose places do not rise."""
     if len(places) != len(force) or len(places) < 2:
         raise InputError("", "", f"{len(places)} {name}s and {len(force)} forces", "as many of both, two at least")

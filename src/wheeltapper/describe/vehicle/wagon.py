@@ -13,7 +13,8 @@ from wheeltapper.describe.noun import Acceleration, Mass, PositiveStiffness
 from wheeltapper.describe.registry import makeable_nouns
 from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.body import Axle, Body
-from wheeltapper.describe.vehicle.element import GROUND, Damper, Element, Spring, Stop
+from wheeltapper.describe.vehicle.element import GROUND, Damper, Element, Link, Sliding, Spring, Stop
+from wheeltapper.describe.vehicle.freight import CompressionSpring
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.needs import SEVERAL_BODIES, Need
 
@@ -57,9 +58,27 @@ class Wagon(Vehicle):
         loose = next((body.name for body in self.bodies if body.name not in ends), None)
         if loose is not None:
             raise InputError("", "bodies", f"{loose!r} without a connection", "bodies that elements hold")
+        for element in self.elements:
+            self._check_load(element)
         if any(b.position >= a.position for a, b in zip(self.axles[:-1], self.axles[1:], strict=True)):
             raise InputError("", "axles", "a wheelset before the one ahead of it", "positions that fall")
         return self
+
+    def _check_load(self, element: Element) -> None:
+        """Refuse friction that no spring of the wagon presses."""
+        load = element.pressed_by if isinstance(element, Sliding) else None
+        if load is None:
+            return
+        other = next((one for one in self.elements if one.name == load), None)
+        if isinstance(other, Spring | CompressionSpring):
+            return
+        named = [one.name for one in self.elements if isinstance(one, Spring | CompressionSpring)]
+        found, allowed = f"no element {load!r}", with_suggestion(load, named)
+        if isinstance(other, Link):
+            found, allowed = f"{load!r}, a Link: its force is not unique", "a Spring, as stiff as it is"
+        elif other is not None:
+            found, allowed = f"{load!r}, a {type(other).__name__}", "a Spring or a CompressionSpring"
+        raise InputError("", f"elements.{element.name}.load", found, allowed)
 
     @property
     def needs(self) -> frozenset[Need]:

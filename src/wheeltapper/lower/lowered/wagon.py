@@ -14,16 +14,8 @@ from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.contacts import SIDES, Contacts
 from wheeltapper.lower.laws.plastic import PlasticLaw
-from wheeltapper.lower.lowered import wagon_energy
-from wheeltapper.lower.lowered.base import (
-    DECK,
-    NO_ELEMENTS,
-    ElementEvents,
-    LoweredScenario,
-    Variables,
-    VoidEvents,
-    Works,
-)
+from wheeltapper.lower.lowered import wagon_elements, wagon_energy
+from wheeltapper.lower.lowered.base import DECK, ElementEvents, LoweredScenario, Variables, VoidEvents, Works
 from wheeltapper.lower.lowered.rails_below import RailsBelow
 from wheeltapper.lower.numbers import FINER, SHORTER, SMALL
 from wheeltapper.lower.structure import Structure
@@ -258,22 +250,8 @@ class LoweredWagon(LoweredScenario):
         return wagon_energy.missing_part(self, march)
 
     def element_events(self, march: Marched) -> ElementEvents:
-        """Return where dry friction sticks and slides; extension is where its first end goes forth on its direction."""
-        sliders = self.structure.sliders
-        if not sliders:
-            return NO_ELEMENTS
-        end = asm.STEP_ELEMENTS + len(self.assembly.element_inside)
-        pieces = np.vstack([np.full(len(sliders), asm.STICKS), march.steps[:, end - len(sliders) : end]])
-        pieces[pieces > asm.FORTH] = asm.STICKS
-        step, which = np.nonzero(pieces[1:] != pieces[:-1])
-        places = self.layout.displacement_places[: len(self.structure.motions)] + TO_RATE
-        names, rows = np.array([item.name for item in sliders]), np.array([item.row for item in sliders])
-        sticks = pieces[step + 1, which] == asm.STICKS
-        slides = np.where(sticks, pieces[step, which], pieces[step + 1, which])
-        return ElementEvents(
-            march.steps[step, asm.STEP_TIME], names[which], (~sticks).astype(np.int64),
-            (slides == asm.BACK).astype(np.int64), -(march.states[:, places][step] * rows[which]).sum(axis=1),
-        )  # fmt: skip
+        """Return events of what is not linear between bodies."""
+        return wagon_elements.element_events(self, march)
 
     def void_events(self, march: Marched) -> VoidEvents | None:
         """Return where voids below the halves of sleepers close and open."""

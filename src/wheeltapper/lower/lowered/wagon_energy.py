@@ -86,9 +86,14 @@ def _energy_of_slips(lowered: LoweredWagon, march: MarchedWagon) -> float:
     A = lowered.assembly
     springs = len(A.sliders) - len(A.yields)
     pieces = march.steps[:, asm.STEP_ELEMENTS + len(A.element_inside) - len(A.sliders) :][:, :springs]
-    begins = ((pieces[:-1] == asm.STICKS) & (pieces[1:] != asm.STICKS)).sum(axis=0)
-    force, limit, stiffness, _ = A.sliders[:springs].T
-    return float(begins @ (0.5 * (limit**2 - force**2) / stiffness))
+    step, which = np.nonzero((pieces[:-1] == asm.STICKS) & (pieces[1:] <= asm.FORTH) & (pieces[1:] != asm.STICKS))
+    stiffness, total = A.sliders[:springs, asm.SLIDER_STIFFNESS], 0.0
+    q = march.states[:, lowered.layout.displacement_places[: len(lowered.structure.motions)]]
+    for now, number in zip(step + 1, which, strict=True):
+        side = pieces[now, number] - asm.STICKS
+        force, limit = lowered.structure.bounds_of(lowered.structure.sliders[number], side, q[now])
+        total += 0.5 * (limit**2 - force**2) / stiffness[number]
+    return float(total)
 
 
 def _changes_stretch(lowered: LoweredWagon, march: MarchedWagon) -> NDArray[np.bool_]:

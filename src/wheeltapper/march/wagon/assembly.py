@@ -84,12 +84,17 @@ RAIL_NUMBERS = 9
 # Columns of a slider: its force, that at which it begins to slide, the stiffness of its spring (0: rigid), and a mark
 # where the march has something to search in a step. Pieces of a slider's path: it slides towards negative or positive
 # deflections, or sticks, also with the largest force to either side, while others hold it (resting.py); one that is
-# LOOSE has neither rate nor force until it is decided.
+# LOOSE has neither rate nor force until it is decided; one that is PARTED is not pressed.
+# Columns of what presses a slider: its forces back and forth over the pressing force, and those at which it begins to
+# slide; the pressing force at rest, N, which grows with the states by weights; and the nonlinear element whose force it
+# is, or -1. All are zero where forces are constant; else the slider's own are those at rest, or near it.
 CORNER_PLACE, CORNER_FORCE, CORNER_RATE = range(3)
 CORNER_COLUMNS = 3
 SLIDER_FORCE, SLIDER_LIMIT, SLIDER_STIFFNESS, SLIDER_MARK = range(4)
 SLIDER_COLUMNS = 4
-BACK, STICKS, FORTH, FULL_BACK, FULL_FORTH, LOOSE = range(6)
+BACK, STICKS, FORTH, FULL_BACK, FULL_FORTH, LOOSE, PARTED = range(7)
+PRESSED_BACK, PRESSED_FORTH, BEGINS_BACK, BEGINS_FORTH, PRESSED_LOAD, PRESSED_BY = range(6)
+PRESSED_COLUMNS = 6
 
 # Columns of a lane: its side (+1 left, -1 right; 0 if the octet has no such wheel), the nominal radius of the wheel,
 # the index of its body, the first and the last piece of its path, the piece after the last and the joint before it, and
@@ -154,6 +159,9 @@ class Assembly(NamedTuple):
         the rows of a law of one's own for one wheel (`contact_laws.py`). None of other laws.
     voids
         (octets of voids, VOID_COLUMNS, LANES).
+    pressed, press_spans, press_index, press_weight
+        What presses sliders, (sliders, PRESSED_COLUMNS), and the parts of its growth, as those of deflections of
+        elements; empty where none is pressed.
     """
 
     numbers: FloatArray
@@ -184,6 +192,10 @@ class Assembly(NamedTuple):
     thrusts: FloatArray = np.zeros((0, 0))
     law: FloatArray = np.zeros((0, YIELD_COLUMNS))
     voids: FloatArray = np.zeros((0, VOID_COLUMNS, LANES))
+    pressed: FloatArray = np.zeros((0, PRESSED_COLUMNS))
+    press_spans: IntArray = np.zeros(1, dtype=np.int64)
+    press_index: IntArray = np.zeros(0, dtype=np.int64)
+    press_weight: FloatArray = np.zeros(0)
 
     @property
     def wheel_octets(self) -> int:
@@ -198,16 +210,18 @@ class Assembly(NamedTuple):
 
 # Where the arrays begin in the two flat ones that the kernels read (a kernel that takes many arrays spends more time on
 # counting their references than on mechanics), and how many there are of some of them. LAWS is the number of elements
-# with corners, RIGID_FROM that of all but rigid sliders; AT_HOLDS is scratch memory (sliders.py). PIECE_WIDTH is the
-# number of columns of a piece of a path, WHEEL_OCTETS that of octets before those of voids. Pieces stand last, since
-# new ones may be longer.
+# with corners, RIGID_FROM that of all but rigid sliders; AT_HOLDS is scratch memory (sliders.py), and AT_MARKS tells
+# which corners an element may pass in a step. AT_OWN_MOBILITY is the mobility while rigid friction sticks, for each
+# force what it does to its own motion. PIECE_WIDTH is the number of columns of a piece of a path, WHEEL_OCTETS
+# that of octets before those of voids. Pieces stand last, since new ones may be longer.
 (
     AT_CELLS, CELLS_EACH, AT_SATURATION, AT_PIECES, AT_COLUMNS, AT_MOBILITY, AT_FORCE_COLUMNS, AT_LOADS, AT_WEIGHTS,
     AT_CORNERS, AT_INSIDE, AT_LANES, AT_SPANS, AT_INDEX, AT_FORCE_SPANS, AT_FORCE_INDEX, AT_ELEMENT_SPANS,
     AT_ELEMENT_INDEX, AT_ELEMENT_CORNERS, AT_KINDS, BODIES, AT_RAILS, AT_SLIDERS, AT_YIELDS, AT_THRUSTS, AT_HOLDS,
-    LAWS, RIGID_FROM, PIECE_WIDTH, AT_VOIDS, WHEEL_OCTETS,
-) = range(31)  # fmt: skip
-HEADER = 31
+    LAWS, RIGID_FROM, PIECE_WIDTH, AT_VOIDS, WHEEL_OCTETS, AT_PRESSED, AT_PRESS_SPANS, AT_PRESS_INDEX,
+    AT_PRESS_WEIGHTS, AT_MARKS, AT_OWN_MOBILITY,
+) = range(37)  # fmt: skip
+HEADER = 37
 HOLD_ROWS = 4
 """Rows of scratch memory of rigid sliders beside the matrix that is held there."""
 
@@ -230,13 +244,17 @@ def flattened_assembly(assembly: Assembly) -> FlatAssembly:
         AT_COLUMNS: assembly.columns, AT_MOBILITY: assembly.mobility, AT_FORCE_COLUMNS: assembly.force_columns,
         AT_LOADS: assembly.loads, AT_WEIGHTS: assembly.element_weight, AT_CORNERS: assembly.corners,
         AT_LANES: assembly.lanes, AT_SLIDERS: assembly.sliders, AT_YIELDS: assembly.yields,
-        AT_THRUSTS: assembly.thrusts, AT_VOIDS: assembly.voids, AT_HOLDS: np.full(rigid * (rigid + HOLD_ROWS), np.nan),
+        AT_THRUSTS: assembly.thrusts, AT_VOIDS: assembly.voids, AT_PRESS_WEIGHTS: assembly.press_weight,
+        AT_PRESSED: assembly.pressed if len(assembly.pressed) else np.zeros((len(assembly.sliders), PRESSED_COLUMNS)),
+        AT_OWN_MOBILITY: assembly.mobility, AT_MARKS: np.zeros(len(assembly.element_inside)),
+        AT_HOLDS: np.full(rigid * (rigid + HOLD_ROWS), np.nan),
     }  # fmt: skip
     integers = {
         AT_SPANS: assembly.spans, AT_INDEX: assembly.sources, AT_FORCE_SPANS: assembly.force_spans,
         AT_FORCE_INDEX: assembly.force_sources, AT_ELEMENT_SPANS: assembly.element_spans,
         AT_ELEMENT_INDEX: assembly.element_index, AT_ELEMENT_CORNERS: assembly.element_corners,
-        AT_KINDS: assembly.kinds, AT_INSIDE: assembly.element_inside,
+        AT_KINDS: assembly.kinds, AT_INSIDE: assembly.element_inside, AT_PRESS_SPANS: assembly.press_spans,
+        AT_PRESS_INDEX: assembly.press_index,
     }  # fmt: skip
     for place, array in floats.items():
         places[place] = sum(len(part) for part in data)

@@ -12,12 +12,13 @@ import numpy as np
 from wheeltapper.march.common.kernel import kernel
 from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.wagon import assembly as asm
-from wheeltapper.march.wagon.assembly import LANES, PLACES, TO_RATE
+from wheeltapper.march.wagon.assembly import LANES
 from wheeltapper.march.wagon.contact_laws import is_lossy
+from wheeltapper.march.wagon.elements import corner_at, deflection, depends_on_rate
 from wheeltapper.march.wagon.growths import time_aside
 from wheeltapper.march.wagon.pressing import contact_forces
 from wheeltapper.march.wagon.rates import rates
-from wheeltapper.march.wagon.sliders import deflection, slider_gap, slow_rate
+from wheeltapper.march.wagon.sliders import load_gap, slider_gap, slow_rate
 from wheeltapper.march.wagon.unrolled_dop853 import between
 from wheeltapper.march.wagon.wheel_rows import GRIP, NORMAL, NORMAL_RATE, ROW_DELTA, ROW_HOLD
 
@@ -30,6 +31,10 @@ QUIET_GRIP = 1e-9
 """Ratio of a force to its elastic part that counts as none."""
 MOST_ASIDE = 0.01
 """Share of a step over which a force is differenced, at most."""
+
+
+FLAT = 10.0
+"""A quantity that is so many times what two places beside its least value differ by, twice in turn, is never zero."""
 
 
 class Span(NamedTuple):
@@ -67,12 +72,21 @@ def may_cross(h: float, d0: float, r0: float, d1: float, r1: float) -> bool:
 def at_place(x: float, lane: int, row: int, span: Span) -> float:
     """Return a quantity (a row of `wheels`) of one contact at a place of the step, 0 to 1.
 
-    Behind the lanes of all contacts are the nonlinear elements; the quantity is then the gap of a slider.
+    Behind the lanes of all contacts are the nonlinear elements; the quantity is then the distance from the lower corner
+    of a piece, or the gap of a slider. Behind these they are once more: the upper corner, and what is left of a load.
     """
     between(x, span.w, span.F, span.spare)
     element = lane - LANES * span.wheels.shape[0]
     if element >= 0:
         t, data, plan, pieces = span.t + x * span.h, span.data, span.plan, span.pieces
+        again = element >= pieces.shape[0]
+        if again:
+            element -= pieces.shape[0]
+        if element < plan[asm.LAWS]:
+            here = deflection(element, data, plan, span.spare)
+            return left_to_corner(element, again, here, data, plan, pieces)
+        if again:
+            return load_gap(element, data, plan, span.spare, pieces)
         if pieces[element] == asm.STICKS and element >= plan[asm.RIGID_FROM]:
             rates(t, data, plan, span.spare, span.wheels, pieces, span.Q, span.out, False)
         return slider_gap(element, data, plan, span.spare, pieces)
@@ -92,27 +106,6 @@ def _growth_at(x: float, lane: int, span: Span) -> float:
     between(x - away, span.w, span.F, span.spare)
     contact_forces(span.t + (x - away) * span.h, span.data, span.plan, span.spare, span.wheels)
     return (more - span.wheels[lane // LANES, NORMAL + lane % LANES]) / (2.0 * away * span.h)
-
-
-@kernel
-def corner_at(element: int, corner: int, plan: IntArray) -> int:
-    """Return the position of the deflection of a corner in the data."""
-    return plan[asm.AT_CORNERS] + asm.CORNER_COLUMNS * (plan[plan[asm.AT_ELEMENT_CORNERS] + element] + corner)
-
-
-@kernel
-def depends_on_rate(element: int, plan: IntArray) -> bool:
-    """Return True for an element whose force depends on its rate."""
-    first = plan[plan[asm.AT_ELEMENT_SPANS] + element]
-    return bool(plan[plan[asm.AT_ELEMENT_INDEX] + first] % PLACES >= TO_RATE)
-
-
-@kernel
-def _corner_gap(x: float, element: int, corner: int, span: Span) -> float:
-    """Return the distance of an element beyond a corner at a place of the step."""
-    between(x, span.w, span.F, span.spare)
-    here = deflection(element, span.data, span.plan, span.spare)
-    return here - span.data[corner_at(element, corner, span.plan)]
 
 
 @kernel
@@ -155,11 +148,16 @@ def _place_away(x: float, lane: int, row: int, sign: float, span: Span) -> float
 def _negative_place(middle: float, lane: int, row: int, sign: float, span: Span) -> float:
     """Return a place about `middle` at which sign·(a quantity) is negative, by golden sections; 2 where it is not."""
     left, right = max(middle - 1.0 / CROSSING_NODES, 0.0), min(middle + 1.0 / CROSSING_NODES, 1.0)
+    was_flat = False
     for _ in range(40):
         one, other = left + 0.381966 * (right - left), left + 0.618034 * (right - left)
         f_one, f_other = sign * at_place(one, lane, row, span), sign * at_place(other, lane, row, span)
         if min(f_one, f_other) < 0.0:
             return one if f_one < f_other else other
+        is_flat = min(f_one, f_other) > FLAT * abs(f_one - f_other)
+        if is_flat and was_flat:
+            return 2.0
+        was_flat = is_flat
         if f_one < f_other:
             right = other
         else:
@@ -234,26 +232,23 @@ def first_change(lane: int, row: int, sign: float, span: Span) -> float:
 
 
 @kernel
-def corner_ahead(element: int, end: float, data: FloatArray, plan: IntArray, pieces: FloatArray) -> int:
-    """Return the corner that an element's deflection has passed at the end of a step, -1 where none."""
+def left_to_corner(
+    element: int, upper: bool, here: float, data: FloatArray, plan: IntArray, pieces: FloatArray
+) -> float:  # fmt: skip
+    """Return how far a deflection is from the lower or upper corner of an element's piece; negative beyond it.
+
+    At rest a rate is rounding, of either sign.
+    """
     piece = int(pieces[element])
-    slack = slow_rate(data) if depends_on_rate(element, plan) else 0.0  # at rest a rate is rounding, of either sign
-    if end < data[corner_at(element, piece, plan)] - slack:
-        return piece
-    if end > slack + data[corner_at(element, piece + 1, plan)]:
-        return piece + 1
-    return -1
+    slack = slow_rate(data) if depends_on_rate(element, plan) else 0.0
+    if upper:
+        return slack + data[corner_at(element, piece + 1, plan)] - here
+    return slack + here - data[corner_at(element, piece, plan)]
 
 
 @kernel
-def find_corner(element: int, corner: int, span: Span) -> float:
-    """Return the place of the step at which an element passes a corner."""
-    low, high = 0.0, 1.0
-    is_beyond = _corner_gap(1.0, element, corner, span) > 0.0
-    for _ in range(60):
-        x = 0.5 * (low + high)
-        if (_corner_gap(x, element, corner, span) > 0.0) == is_beyond:
-            high = x
-        else:
-            low = x
-    return high
+def corner_ahead(element: int, end: float, data: FloatArray, plan: IntArray, pieces: FloatArray) -> int:
+    """Return the corner that an element's deflection has passed at the end of a step, -1 where none."""
+    if left_to_corner(element, False, end, data, plan, pieces) < 0.0:
+        return int(pieces[element])
+    return int(pieces[element]) + 1 if left_to_corner(element, True, end, data, plan, pieces) < 0.0 else -1

@@ -180,6 +180,7 @@ def _steps_of(held: kept.Held, A: Assembly, end: float) -> FloatArray:
     kept.check_whole("march_steps", steps[:, asm.STEP_CLOSED], 0, 2.0 ** (len(A.kinds) * asm.LANES + at_once) - 1)
     most = np.concatenate([np.diff(A.element_corners) - 2, np.full(len(A.sliders), asm.FORTH)])
     most[elements - len(A.yields) :] = asm.FULL_FORTH  # of rigid friction
+    most[elements - len(A.pressed) :] = asm.PARTED
     for element in range(elements):
         kept.check_whole("march_steps", steps[:, asm.STEP_ELEMENTS + element], 0, most[element])
     if A.stretch_columns:

@@ -144,6 +144,8 @@ def march_kernel(
         # -- the first event in it
         contact, element, passed, row_of_event = -1, -1, -1, ROW_DELTA
         is_dense = searching.mark_changes(h, data, plan, y, wheels, pieces, kept)
+        if searching.mark_corners(h, data, plan, w, y, K[FIRST_STAGE], K[STAGES], pieces):
+            is_dense = True
         if sliding.mark_sliders(h, data, plan, w, y, K[FIRST_STAGE], K[STAGES], pieces):
             is_dense = True
         if is_dense:
@@ -199,7 +201,8 @@ def march_kernel(
                 contact_forces(now, data, plan, y, wheels)
             wheels[contact // LANES, value] = 0.0
         if element >= plan[asm.LAWS]:
-            now += sliding.change_sliders(element, h, data, plan, y, K[STAGES], pieces)
+            opens = passed == sliding.MARK_OPENS
+            now += sliding.change_sliders(element, opens, h, data, plan, y, K[STAGES], pieces)
         steps[row, asm.STEP_LENGTH] = now - t
         S[passing.RUN_IDLE] = S[passing.RUN_IDLE] + 1.0 if now - t <= 2.0 * SHORTEST_TO_EVENT * t else 0.0
         if S[passing.RUN_IDLE] > 100.0:

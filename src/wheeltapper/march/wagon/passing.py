@@ -10,9 +10,9 @@ from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon import wheel_rows as wheel
 from wheeltapper.march.wagon.assembly import LANES
 from wheeltapper.march.wagon.contact_laws import is_lossy, is_plastic, pulls, yield_law
-from wheeltapper.march.wagon.crossing import corner_at
+from wheeltapper.march.wagon.elements import corner_at, deflection, last_piece
 from wheeltapper.march.wagon.pressing import contact_forces
-from wheeltapper.march.wagon.sliders import deflection, enter_holds
+from wheeltapper.march.wagon.sliders import enter_holds, is_pressed, pressing_force
 from wheeltapper.march.wagon.wheel_paths import set_piece
 
 # Variables that are kept between calls.
@@ -227,14 +227,16 @@ def start_kernel(
     pass_breaks(0.0, data, plan, wheels)
     press_at_rest(0.0, data, plan, w, wheels)
     pieces[:] = asm.STICKS
-    enter_holds(data, plan, pieces)
     for element in range(plan[asm.LAWS]):
-        firsts = plan[asm.AT_ELEMENT_CORNERS] + element
-        last = plan[firsts + 1] - plan[firsts] - 2
+        last = last_piece(element, plan)
         here = deflection(element, data, plan, w)
         pieces[element] = 0.0
         while pieces[element] < last and data[corner_at(element, int(pieces[element]) + 1, plan)] <= here:
             pieces[element] += 1.0
+    for element in range(plan[asm.LAWS], pieces.shape[0]):
+        if is_pressed(element, data, plan) and pressing_force(element, data, plan, w, pieces) < 0.0:
+            pieces[element] = asm.PARTED
+    enter_holds(data, plan, pieces)
     S[ANEW] = 1.0
 
 

@@ -12,9 +12,10 @@ from wheeltapper.march.wagon import assembly as asm
 from wheeltapper.march.wagon.assembly import FLANGE, HALF, LANES, PLACES, TO_RATE
 from wheeltapper.march.wagon.columns import add_columns
 from wheeltapper.march.wagon.contact_laws import is_lossy
+from wheeltapper.march.wagon.elements import deflection
 from wheeltapper.march.wagon.pressing import press_contacts
 from wheeltapper.march.wagon.rail_motion import write_lag_rates, write_moment_rates
-from wheeltapper.march.wagon.sliders import add_slider_forces, deflection, hold_rigid
+from wheeltapper.march.wagon.sliders import add_slider_forces, hold_rigid, use_limits
 from wheeltapper.march.wagon.wheel_rows import AWAKE, ROW_ON_DECK, VPITCH
 from wheeltapper.march.wagon.wheels import add_body_forces, creep_forces, paths_and_forces
 
@@ -110,3 +111,4 @@ def rates(
     body_rates(data, plan, w, Q, out)
     if plan[asm.RIGID_FROM] < pieces.shape[0]:
         hold_rigid(data, plan, pieces, out)
+        use_limits(data, plan, w, pieces)

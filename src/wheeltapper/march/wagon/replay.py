@@ -14,14 +14,14 @@ from wheeltapper.march.wagon import wheel_rows as wheel
 from wheeltapper.march.wagon import whole_steps
 from wheeltapper.march.wagon.assembly import LANES, PLACES, TO_RATE
 from wheeltapper.march.wagon.contact_laws import is_lossy, is_own, is_plastic, own_energy, own_force, yield_energy
-from wheeltapper.march.wagon.crossing import corner_at, depends_on_rate
+from wheeltapper.march.wagon.elements import corner_at, deflection, depends_on_rate, last_piece, pull_of, steepness
 from wheeltapper.march.wagon.growths import find_growths
 from wheeltapper.march.wagon.multibody import MultibodyMarch, RailLog, Work, work_for
 from wheeltapper.march.wagon.passing import RUN_CARRIED, enable_flanges, pass_breaks, start_kernel
 from wheeltapper.march.wagon.pressing import contact_forces
 from wheeltapper.march.wagon.rail_motion import enter_logged_step
 from wheeltapper.march.wagon.rates import rates
-from wheeltapper.march.wagon.sliders import deflection, enter_holds, rate_between_ends, side_of, slider_number
+from wheeltapper.march.wagon.sliders import bound_of, enter_holds, side_of, slider_number, slip_rate
 from wheeltapper.march.wagon.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.wagon.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, between
 from wheeltapper.march.wheel.dense import BEGINS, FINISHES
@@ -100,7 +100,7 @@ def replay_kernel(
     w, y, spare = np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
     start_kernel(data, plan, start, w, wheels, pieces, np.empty(RUN_CARRIED))
-    nodal = whole_steps.nodal_for(gauss, n, data, plan, wheels)
+    nodal = whole_steps.nodal_for(gauss, n, data, plan, wheels, pieces)
     at_once = False
     row = -1
     entered = -1
@@ -125,14 +125,6 @@ def replay_kernel(
             for o in range(wheels.shape[0]):
                 for i in range(LANES):
                     out_wheels[k, j, o * LANES + i] = wheels[o, rows[j] + i]
-
-
-@kernel
-def _pull(element: int, piece: int, data: FloatArray, plan: IntArray, w: FloatArray) -> float:
-    """Return the force of an element on a piece of its characteristic."""
-    at, after = corner_at(element, piece, plan), corner_at(element, piece + 1, plan)
-    slope = (data[after + asm.CORNER_FORCE] - data[at + asm.CORNER_FORCE]) / (data[after] - data[at])
-    return data[at + asm.CORNER_FORCE] + slope * (deflection(element, data, plan, w) - data[at])
 
 
 @kernel
@@ -223,10 +215,12 @@ def _write_powers(
         within = plan[plan[asm.AT_INSIDE] + element]
         if within >= 0 or depends_on_rate(element, plan):
             extends = rate[within] if within >= 0 else deflection(element, data, plan, w)
-            out[DAMPER_POWER] += extends * _pull(element, int(pieces[element]), data, plan, w)
+            out[DAMPER_POWER] += extends * pull_of(element, int(pieces[element]), data, plan, w)
     for element in range(plan[asm.LAWS], pieces.shape[0]):
-        slides = side_of(pieces[element]) * rate_between_ends(element, data, plan, w)
-        out[SLIDER_POWER] += slides * slider_number(element, asm.SLIDER_FORCE, data, plan)
+        side = side_of(pieces[element])
+        if side != 0.0:
+            force = max(bound_of(element, side, False, data, plan, w, pieces), 0.0)
+            out[SLIDER_POWER] += force * slip_rate(element, side, data, plan, w, pieces)
     deck = int(data[asm.DECK])
     lossy = is_lossy(data)
     on_deck = 0.0
@@ -285,8 +279,7 @@ def _elastic_energies(
         if depends_on_rate(element, plan):
             continue
         here = deflection(element, data, plan, w)
-        at = plan[asm.AT_ELEMENT_CORNERS] + element
-        last = plan[at + 1] - plan[at] - 2
+        last = last_piece(element, plan)
         zero = 0.0
         low = 0.0
         step = 1 if here >= 0.0 else -1
@@ -296,7 +289,7 @@ def _elastic_energies(
         # the piece from the last negative corner to the first positive one passes through zero
         while True:
             at, after = corner_at(element, corner, plan), corner_at(element, corner + 1, plan)
-            slope = (data[after + asm.CORNER_FORCE] - data[at + asm.CORNER_FORCE]) / (data[after] - data[at])
+            slope = steepness(element, corner, data, plan)
             until = min(here, data[after]) if step > 0 else max(here, data[at])
             force = low + slope * (until - zero)
             total += 0.5 * (low + force) * (until - zero)
@@ -321,7 +314,7 @@ def energy_kernel(
     w, y, spare, rate = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
     power = np.empty(POWERS_KEPT)
-    nodal = whole_steps.nodal_for(gauss, n, data, plan, wheels)
+    nodal = whole_steps.nodal_for(gauss, n, data, plan, wheels, pieces)
     start_kernel(data, plan, start, w, wheels, pieces, np.empty(RUN_CARRIED))
     works[:] = 0.0
     impulses[:] = 0.0

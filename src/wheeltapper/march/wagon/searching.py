@@ -13,13 +13,14 @@ import numpy as np
 from wheeltapper.march.common.kernel import inlined_kernel, kernel
 from wheeltapper.march.common.program import FloatArray, IntArray
 from wheeltapper.march.wagon import assembly as asm
-from wheeltapper.march.wagon import crossing
 from wheeltapper.march.wagon import wheel_rows as wheel
 from wheeltapper.march.wagon.assembly import BODY, LANES, MOTION_Z, PLACES, ROLL, TO_RATE
 from wheeltapper.march.wagon.contact_laws import is_lossy, is_plastic
-from wheeltapper.march.wagon.crossing import Span, at_place, corner_ahead, find_fall, first_change, may_cross
+from wheeltapper.march.wagon.crossing import Span, at_place, find_fall, first_change, left_to_corner, may_cross
+from wheeltapper.march.wagon.elements import deflection
 from wheeltapper.march.wagon.passing import SAME, log_peak, may_part
-from wheeltapper.march.wagon.sliders import deflection, slider_number
+from wheeltapper.march.wagon.sliders import slider_number
+from wheeltapper.march.wagon.sliding import MARK_CHANGE, MARK_OPENS
 from wheeltapper.march.wagon.wheel_rows import ARM, AWAKE, DELTA_RATE, NORMAL, NORMAL_RATE, ON, ROW_DELTA, SIDES
 
 DELTAS, DELTA_RATES, GROWTHS, FORCES, MARKS, GRIPS, GRIP_RATES, TURNS = range(8)
@@ -29,6 +30,8 @@ BORDERS = ((UPPER_MARKS, wheel.TO_UPPER), (LOWER_MARKS, wheel.TO_LOWER))
 """Marks of both borders of a stretch, and the rows of the distances to them."""
 ROUGHLY_THEN = 1.1
 """Factor on the time of a void's probable change, whose rate is known to some thousandth: the step ends behind it."""
+AWAY = 1e-3
+"""Place in a step by which an element that begins at a corner has left it."""
 SEARCH_NOISE = 1e-11
 """Relative growth of a force in a step up to which it counts as none."""
 QUIET_FORCE = 1e-7
@@ -192,9 +195,28 @@ def mark_changes(
                 found = True
     if is_plastic(data) and _mark_borders(h, int(data[asm.TREADS]), wheels, kept):
         found = True
+    return found
+
+
+@kernel
+def mark_corners(
+    h: float, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray, begin: FloatArray, finish: FloatArray,
+    pieces: FloatArray,
+) -> bool:  # fmt: skip
+    """Mark the elements that may pass corners in a step from w to y, whose rates are those; return True if any may."""
+    found = False
     for element in range(plan[asm.LAWS]):
-        if corner_ahead(element, deflection(element, data, plan, y), data, plan, pieces) >= 0:
-            found = True
+        d0, d1 = deflection(element, data, plan, w), deflection(element, data, plan, y)
+        r0, r1 = deflection(element, data, plan, begin), deflection(element, data, plan, finish)
+        mark = 0
+        for upper, bit in ((False, MARK_CHANGE), (True, MARK_OPENS)):
+            sign = -1.0 if upper else 1.0
+            g0 = left_to_corner(element, upper, d0, data, plan, pieces)
+            g1 = left_to_corner(element, upper, d1, data, plan, pieces)
+            if may_cross(h, g0, sign * r0, g1, sign * r1):
+                mark += bit
+        data[plan[asm.AT_MARKS] + element] = mark
+        found = found or mark > 0
     return found
 
 
@@ -224,20 +246,23 @@ def first_event(y: FloatArray, pieces: FloatArray, kept: FloatArray, span: Span)
                     place = first_change(lane, gap, 1.0, span)
                     if place < at:
                         at, contact, row = place, lane, gap
-    for number in range(span.plan[asm.LAWS]):
-        corner = corner_ahead(number, deflection(number, span.data, span.plan, y), span.data, span.plan, pieces)
-        if corner >= 0:
-            place = crossing.find_corner(number, corner, span)
-            if place < at:
-                at, contact, element, passed = place, -1, number, corner
-    for number in range(span.plan[asm.LAWS], pieces.shape[0]):
-        if slider_number(number, asm.SLIDER_MARK, span.data, span.plan) != 0.0:
-            lane = kept.shape[1] + number
+    laws = span.plan[asm.LAWS]
+    for number in range(pieces.shape[0]):
+        if number < laws:
+            mark = int(span.data[span.plan[asm.AT_MARKS] + number])
+        else:
+            mark = int(slider_number(number, asm.SLIDER_MARK, span.data, span.plan))
+        for k, which in enumerate((MARK_CHANGE, MARK_OPENS)):
+            if mark & which == 0:
+                continue
+            lane = kept.shape[1] + number + k * pieces.shape[0]
+            gap = at_place(0.0, lane, ROW_DELTA, span)
             place = 0.0  # where another event has just come before
-            if at_place(0.0, lane, ROW_DELTA, span) > 0.0:
+            if gap > 0.0 or (number < laws and at_place(AWAY, lane, ROW_DELTA, span) > gap):
                 place = first_change(lane, ROW_DELTA, 1.0, span)
             if place < at:
-                at, contact, element, passed = place, -1, number, 0
+                at, contact, element = place, -1, number
+                passed = int(pieces[number]) + k if number < laws else which
     return at, contact, element, passed, row
 
 

@@ -26,15 +26,15 @@ from wheeltapper.march.common.kernel import inlined_uncounted_kernel, kernel, un
 from wheeltapper.march.common.program import SOFT, FloatArray, IntArray
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.wagon import assembly as asm
-from wheeltapper.march.wagon import passing
+from wheeltapper.march.wagon import passing, sliders
 from wheeltapper.march.wagon import wheel_rows as wheel
 from wheeltapper.march.wagon.assembly import HALF, LANES, PLACES, ROLL, TO_RATE
 from wheeltapper.march.wagon.contact_laws import push
 from wheeltapper.march.wagon.crossing import corner_ahead
+from wheeltapper.march.wagon.elements import deflection
 from wheeltapper.march.wagon.rail_answers import places_of
 from wheeltapper.march.wagon.rail_motion import is_flanged, press_octet
 from wheeltapper.march.wagon.rates import add_element_forces, body_rates
-from wheeltapper.march.wagon.sliders import deflection
 from wheeltapper.march.wagon.voids import four_of, void_number
 from wheeltapper.march.wagon.wheel_paths import evaluate_paths, gather_motions, set_piece
 from wheeltapper.march.wagon.wheels import add_body_forces, creep_forces, normal_forces
@@ -44,6 +44,8 @@ MOST_ROUNDS = 9
 NODES_SETTLED = 3e-8
 """Error of the forces and of the states' changes that ends the turns, by how fast these have become smaller: static
 forces, and scales of the states."""
+FIRST_TURNS = 2
+"""Turns whose changes are not compared: those of the first ones are as large as Newton's corrections leave them."""
 POOR = 0.03
 """Ratio of the changes of the states in two turns from which on slips are damped."""
 TAIL = 1e-6
@@ -100,6 +102,7 @@ class Nodal(NamedTuple):
     sums: FloatArray  # (2, one)
     solid: FloatArray  # (ways·one²,): what forces at the nodes do to the deflections there, force first
     row: FloatArray  # (one,)
+    pulls: FloatArray  # (q, rigid): forces of rigid friction that sticks
 
 
 @cache
@@ -121,7 +124,9 @@ def _matrix(number: int, gauss: FloatArray) -> FloatArray:
 
 
 @kernel
-def nodal_for(gauss: FloatArray, states: int, data: FloatArray, plan: IntArray, wheels: FloatArray) -> Nodal:
+def nodal_for(
+    gauss: FloatArray, states: int, data: FloatArray, plan: IntArray, wheels: FloatArray, pieces: FloatArray
+) -> Nodal:  # fmt: skip
     """Return the matrices, and room."""
     q, octets, treads = gauss.shape[1], wheels.shape[0], int(data[asm.TREADS])
     one = (treads + octets - plan[asm.WHEEL_OCTETS]) * q * HALF
@@ -136,7 +141,7 @@ def nodal_for(gauss: FloatArray, states: int, data: FloatArray, plan: IntArray, 
         np.zeros((octets, 2 * LANES)), np.zeros((treads, LANES)), np.zeros((treads, 2, LANES)),
         np.zeros((treads, 2, q, q, LANES)), np.zeros((treads, q, q, LANES)),
         np.zeros((treads, q, q, LANES)), np.zeros((q, LANES)),
-        np.zeros((2, one)), np.zeros(2 * one * one), np.zeros(one),
+        np.zeros((2, one)), np.zeros(2 * one * one), np.zeros(one), np.zeros((q, len(pieces) - plan[asm.RIGID_FROM])),
     )  # fmt: skip
 
 
@@ -271,7 +276,7 @@ def _know_own_answers(
     for o in range(int(data[asm.TREADS])):
         L = wheels[o]
         for i in range(LANES):
-            mobility = plan[asm.AT_MOBILITY] + int(L[asm.BODY * LANES + i]) * LANES
+            mobility = plan[asm.AT_OWN_MOBILITY] + int(L[asm.BODY * LANES + i]) * LANES
             arm = L[wheel.ARM + i]
             light[i] = h * h * (data[mobility + asm.MOTION_Z] + arm * arm * data[mobility + ROLL])
         for k in range(nodes):
@@ -482,7 +487,7 @@ def _first_rates(start: FloatArray, data: FloatArray, plan: IntArray, wheels: Fl
                 continue
             body = int(L[asm.BODY * LANES + i])
             at = body * PLACES + TO_RATE
-            mobility = plan[asm.AT_MOBILITY] + body * LANES
+            mobility = plan[asm.AT_OWN_MOBILITY] + body * LANES
             turns = L[wheel.SIDES + i] * L[wheel.ARM + i] * data[mobility + ROLL]
             for k in range(len(nodal.places)):
                 more = nodal.wanted[o, k, i] - nodal.forces[o, k, i]
@@ -533,7 +538,11 @@ def _rates_at_nodes(
         for i in range(Q.shape[0] * (PLACES // LANES), out.shape[0]):
             out[i] = 0.0
         add_element_forces(data, plan, w, pieces, Q, out)
+        sliders.add_slider_forces(data, plan, w, pieces, Q, out)
         body_rates(data, plan, w, Q, out)
+        sliders.hold_rigid(data, plan, pieces, out)
+        for i in range(nodal.pulls.shape[1]):
+            nodal.pulls[k, i] = data[sliders.hold_row(sliders.RIGID_PULLS, pieces, plan) + i]
 
 
 @uncounted_kernel
@@ -553,7 +562,7 @@ def _know_creep(h: float, data: FloatArray, plan: IntArray, wheels: FloatArray, 
                 creep[group, HALF + i] = 0.0
             if L[wheel.SIDES + i] == 0.0 or data[asm.CREEP] == asm.NO_CREEP:
                 continue
-            light = plan[asm.AT_MOBILITY] + int(L[asm.BODY * LANES + i]) * LANES
+            light = plan[asm.AT_OWN_MOBILITY] + int(L[asm.BODY * LANES + i]) * LANES
             along = L[wheel.STIFF_X + i] + L[wheel.STIFF_X + HALF + i]
             across = L[wheel.STIFF_Y + i] + L[wheel.STIFF_Y + HALF + i]
             square, arm = L[wheel.RADII + i] * L[wheel.RADII + i], L[wheel.ARM + i]
@@ -590,7 +599,7 @@ def _let_slips_settle(data: FloatArray, plan: IntArray, wheels: FloatArray, noda
                 if L[wheel.SIDES + i] == 0.0:
                     continue
                 body = int(L[asm.BODY * LANES + i])
-                at, light = body * PLACES + TO_RATE, plan[asm.AT_MOBILITY] + body * LANES
+                at, light = body * PLACES + TO_RATE, plan[asm.AT_OWN_MOBILITY] + body * LANES
                 radius = L[wheel.RADII + i]
                 for k in range(q):
                     rates, before = nodal.rates[k], nodal.before[k]
@@ -698,7 +707,7 @@ def _settle_step(
             damped = True
             _know_creep(h, data, plan, wheels, nodal)
             _let_slips_settle(data, plan, wheels, nodal)
-        elif turn > 1 and _is_slow(most, last):
+        elif turn > FIRST_TURNS and _is_slow(most, last):
             return 0
         last, last_moved = most, moved
     return 0
@@ -784,6 +793,33 @@ def _nothing_happens(data: FloatArray, plan: IntArray, wheels: FloatArray, piece
         for k in range(q):
             here = deflection(element, data, plan, nodal.states[k])
             if corner_ahead(element, here, data, plan, pieces) >= 0:
+                return False
+    return _all_go_on(data, plan, pieces, nodal)
+
+
+@uncounted_kernel
+def _all_go_on(data: FloatArray, plan: IntArray, pieces: FloatArray, nodal: Nodal) -> bool:
+    """Return True where no friction sticks, slides or parts in the step.
+
+    What is left until it does, as a polynomial of the nodes' degree, has no Bernstein coefficient below zero.
+    """
+    q = len(nodal.places)
+    left, left_of_load = nodal.row[:q], nodal.row[q : 2 * q]
+    for element in range(plan[asm.LAWS], pieces.shape[0]):
+        rigid = element - plan[asm.RIGID_FROM]
+        pressed = sliders.is_pressed(element, data, plan) and pieces[element] != asm.PARTED
+        for k in range(q):
+            if rigid >= 0:
+                data[sliders.hold_row(sliders.RIGID_PULLS, pieces, plan) + rigid] = nodal.pulls[k, rigid]
+            held = asm.FULL_BACK <= pieces[element] <= asm.FULL_FORTH
+            left[k] = 1.0 if held else sliders.slider_gap(element, data, plan, nodal.states[k], pieces)
+            left_of_load[k] = sliders.load_gap(element, data, plan, nodal.states[k], pieces) if pressed else 1.0
+        for m in range(q):
+            gap, load = 0.0, 0.0
+            for k in range(q):
+                gap += nodal.bernstein[m, k] * left[k]
+                load += nodal.bernstein[m, k] * left_of_load[k]
+            if not min(gap, load) > 0.0:
                 return False
     return True
 
@@ -894,7 +930,6 @@ def solve_whole(
 
 
 @kernel
-def is_possible(data: FloatArray, plan: IntArray, pieces: FloatArray) -> bool:
+def is_possible(data: FloatArray, plan: IntArray) -> bool:
     """Return True for a vehicle whose macro steps may be solved at once."""
-    plain = data[asm.CONTACT_LAW] == asm.HERTZIAN and plan[asm.LAWS] == pieces.shape[0]
-    return bool(plain and data[plan[asm.AT_RAILS] + asm.RAIL_AT_ONCE] != 0.0)
+    return bool(data[asm.CONTACT_LAW] == asm.HERTZIAN and data[plan[asm.AT_RAILS] + asm.RAIL_AT_ONCE] != 0.0)

@@ -37,6 +37,7 @@ from wheeltapper.march.wagon.rails import modes as rail_modes
 from wheeltapper.march.wagon.rails.modes import AGAINST, ALIKE, RailTables, show_sleeper, show_wheel, take_wheel
 from wheeltapper.march.wagon.rates import rates
 from wheeltapper.march.wagon.remembering import Laying, WagonMemory, change_paths, log_first_yields
+from wheeltapper.march.wagon.sliding import settle_rigid
 from wheeltapper.march.wagon.stepping import FIRST_STAGE
 from wheeltapper.march.wagon.wheel_rows import VOID_FLAG
 
@@ -113,8 +114,8 @@ def rails_kernel(
     begin = int(data[plan[asm.AT_RAILS] + asm.RAIL_STATES])
     lanes = kept.shape[1]
     moments, spare, spare_2 = np.empty(free.shape[1:]), np.empty_like(modes), np.empty_like(modes_2)
-    nodal = whole_steps.nodal_for(gauss, len(w), data, plan, wheels)
-    may_be_whole = whole_steps.is_possible(data, plan, pieces)
+    nodal = whole_steps.nodal_for(gauss, len(w), data, plan, wheels, pieces)
+    may_be_whole = whole_steps.is_possible(data, plan)
     at, end_of_state = plan[asm.AT_RAILS], np.empty_like(w)
     fours = int(data[asm.TREADS])
     if made[FRESH] == 0 and S[passing.RUN_TIME] == data[at + asm.RAIL_BEGAN]:
@@ -131,6 +132,9 @@ def rails_kernel(
                 made[WAITS] -= 1
             else:
                 passing.enable_flanges(data, wheels)
+                if S[passing.ANEW] != 0.0 and plan[asm.RIGID_FROM] < len(pieces):
+                    settle_rigid(now, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE])
+                    made[FRESH] = 1
                 if made[FRESH] != 0:
                     rates(now, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE], False)
                     S[passing.RATES_USED] += 1.0
