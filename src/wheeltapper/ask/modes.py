@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,9 @@ WORDS = {
 }  # fmt: skip
 STILL = 1e-3
 """Magnitude of an eigenvalue, 1/s. A slower mode is no vibration: the vehicle can stand at another place."""
+ROUNDING = 1e-9
+"""Growth rate of a mode, over the magnitude of its eigenvalue or over 1/s, if that is larger. Up to this it is
+rounding: the mode counts as undamped, not as unstable."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,16 @@ def linear_system(lowered: LoweredWagon, fixed: tuple[str, ...] = ()) -> LinearS
     rate_rows = np.full(len(places), -1)
     rate_rows[moves] = with_place.sum() + np.arange(moves.sum())
     return LinearSystem(matrix, layout.motions, rows, rate_rows, masses)
+
+
+def fastest_growth(lowered: LoweredWagon) -> float:
+    """Return the growth rate of the motion about a wagon's steady run that grows fastest, 1/s; below zero if none does.
+
+    Less what may be rounding.
+    """
+    values: Any = np.linalg.eigvals(linear_system(lowered).matrix)
+    size = np.abs(values)
+    return float((values.real - ROUNDING * np.maximum(size, 1.0))[size > STILL].max())
 
 
 def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> xr.Dataset:

@@ -1,15 +1,15 @@
-"""The critical speed of a wagon, at which hunting begins."""
+"""The hunting of a wagon: the critical speed, at which it begins, and the limit cycles that it leads to."""
 
 from __future__ import annotations
 
 import warnings
 from math import ceil
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from wheeltapper.ask.modes import STILL, linear_system, modes
+from wheeltapper.ask.limit_cycles import limit_cycles
+from wheeltapper.ask.modes import ROUNDING, fastest_growth, modes
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.element import Sliding
 from wheeltapper.ground.arguments import as_between, as_quantity
@@ -20,16 +20,13 @@ from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
 
-__all__ = ["critical_speed"]
+__all__ = ["critical_speed", "limit_cycles"]
 
 STEP = 2.0
 """Distance between the speeds at which stability is tested first, m/s. An unstable range that is narrower may be
 missed."""
 FINEST = 1e-15
 """Smallest tolerance that may be asked for, relative to the speed: a few units in the last place."""
-ROUNDING = 1e-9
-"""Growth rate of a mode, over the magnitude of its eigenvalue or over 1/s, if that is larger. Up to this it is
-rounding: the mode counts as undamped, not as unstable."""
 
 
 def critical_speed(
@@ -84,10 +81,7 @@ def _first_growth(level: Scenario, lowest: float, highest: float, tolerance: flo
     from scipy.optimize import brentq
 
     def growth_rate(speed: float) -> float:
-        linear = linear_system(lower_wagon(level.replaced({"speed": float(speed)})))
-        values: Any = np.linalg.eigvals(linear.matrix)
-        size = np.abs(values)
-        return float((values.real - ROUNDING * np.maximum(size, 1.0))[size > STILL].max())
+        return fastest_growth(lower_wagon(level.replaced({"speed": float(speed)})))
 
     speeds = np.linspace(lowest, highest, ceil((highest - lowest) / STEP) + 1)
     _check_slowest(level.replaced({"speed": float(lowest)}), growth_rate(lowest))

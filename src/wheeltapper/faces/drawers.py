@@ -80,6 +80,7 @@ TITLES = {
     "wheeltapper fates": Drawer("orbits.draw_fates"),
     "wheeltapper imitation": Drawer("findings.draw_imitation"),
     "wheeltapper joint": Drawer("joints.draw_joint"),
+    "wheeltapper limit cycles": Drawer("vehicles.draw_limit_cycles", "vehicles.draw_several_limit_cycles", named=True),
     "wheeltapper pinned-pinned frequency": Drawer("tracks.draw_pinned"),
     "wheeltapper ramp": Drawer("orbits.draw_ramp", "orbits.draw_ramps", named=True),
     "wheeltapper receptance": Drawer("tracks.draw_receptance"),

@@ -371,3 +371,29 @@ def _followed(several: Sequence[xr.Dataset]) -> FloatArray:
         here = np.where(here >= 0, before[here], -1)
         out[number] = np.where(here >= 0, roots_of(several[number])[here], np.nan)
     return out
+
+
+def draw_limit_cycles(found: xr.Dataset) -> Figure:
+    """Draw the amplitude of hunting over speed."""
+    return draw_several_limit_cycles([found], [""])
+
+
+def draw_several_limit_cycles(found: Sequence[xr.Dataset], names: Sequence[str]) -> Figure:
+    """Draw the amplitudes of several wagons that hunt over speed; the smallest disturbances that grow are dashed."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 4.5))
+    axis = figure.subplots()
+    for number, (one, name) in enumerate(zip(found, names, strict=True)):
+        colour = COLOURS[number % len(COLOURS)]
+        largest = 1e3 * one["amplitude"].max("wheelset")
+        axis.plot(one["speed"], largest, ".-", color=colour, label=f"{name} limit cycle")
+        if "unstable_amplitude" in one:
+            least = 1e3 * one["unstable_amplitude"]
+            axis.plot(one["speed"], least, "--", color=colour, label=f"{name} least that grows")
+        end = one.attrs["nonlinear_critical_speed"]
+        if np.isfinite(end):
+            axis.axvline(end, color=colour, linewidth=0.8, label=f"{name} ends at {end:.4g} m/s")
+    axis.set(xlabel="speed [m/s]", ylabel="lateral amplitude of the wheelset that moves most [mm]", ylim=(0.0, None))
+    legend_above(axis, 1)
+    return figure

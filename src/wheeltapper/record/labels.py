@@ -22,6 +22,8 @@ DECAY_TITLE, PINNED_TITLE = "wheeltapper decay rate", "wheeltapper pinned-pinned
 CONICITY_TITLE = "wheeltapper conicity"
 CONICITIES = {"rigid": "equivalent_conicity", "elastic": "elastic_conicity"}
 """Title of what is asked of profiles over the amplitude of a lateral motion, and its figure by the kind of contact."""
+LIMIT_CYCLES_TITLE = "wheeltapper limit cycles"
+"""Title of what is asked of a wagon that hunts."""
 JOINT_TITLE = "wheeltapper joint"
 """Title of what is asked of a joint over speed."""
 BRANCH_TITLE = "wheeltapper branch"

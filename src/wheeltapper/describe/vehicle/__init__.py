@@ -21,7 +21,10 @@ if TYPE_CHECKING:
     from wheeltapper.describe.vehicle.freight import FrictionWedge as FrictionWedge
     from wheeltapper.describe.vehicle.freight import LenoirLink as LenoirLink
     from wheeltapper.describe.vehicle.freight import LoadFriction as LoadFriction
+    from wheeltapper.describe.vehicle.passenger_cars import CooperriderCar as CooperriderCar
+    from wheeltapper.describe.vehicle.passenger_cars import Gz18 as Gz18
     from wheeltapper.describe.vehicle.wagon import ErriB176 as ErriB176
+    from wheeltapper.describe.vehicle.wagon import Published as Published
     from wheeltapper.describe.vehicle.wagon import Wagon as Wagon
     from wheeltapper.describe.vehicle.wheelset import Wheelset as Wheelset
     from wheeltapper.describe.vehicle.wheelsets import Wheelsets as Wheelsets

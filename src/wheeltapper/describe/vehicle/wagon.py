@@ -152,35 +152,52 @@ class Wagon(Vehicle):
         return _coach_parts(data, series_springs)
 
 
-class ErriB176(Vehicle):
+class Published(Vehicle, abstract=True):
+    """The common part of published wagons, possibly with faults, instead of bodies, axles and elements.
+
+    Parameters
+    ----------
+    dampers
+        False: without dampers.
+    without
+        Names of elements that are left out.
+    elements
+        Added elements; one with the name of an element of the wagon replaces that element.
+    """
+
+    dampers: bool = True
+    without: tuple[str, ...] = ()
+    elements: tuple[AnyElement, ...] = ()
+
+    def sound_wagon(self) -> Wagon:
+        """Return the wagon as it was published."""
+        raise NotImplementedError
+
+    def wagon(self) -> Wagon:
+        """Return it as a `Wagon`."""
+        made = self.sound_wagon()
+        made = (made if self.dampers else made.without_dampers()).without(*self.without)
+        for element in self.elements:
+            made = made.with_element(element)
+        return made
+
+
+class ErriB176(Published):
     """The ERRI B176 coach, possibly with faults, as a file describes it instead of bodies, axles and elements.
 
     Parameters
     ----------
     wheelset_mass, primary_stiffness, series_springs
         As for `Wagon.erri_b176`.
-    dampers
-        False: without dampers.
-    without
-        Names of elements that are left out.
-    elements
-        Added elements; one with the name of an element of the coach replaces that element.
     """
 
     wheelset_mass: Mass = 1813.0
     primary_stiffness: PositiveStiffness = 1.220e6
     series_springs: bool = False
-    dampers: bool = True
-    without: tuple[str, ...] = ()
-    elements: tuple[AnyElement, ...] = ()
 
-    def wagon(self) -> Wagon:
+    def sound_wagon(self) -> Wagon:
         """Return the coach as a `Wagon`."""
-        made = Wagon.erri_b176(self.wheelset_mass, self.primary_stiffness, self.series_springs)
-        made = (made if self.dampers else made.without_dampers()).without(*self.without)
-        for element in self.elements:
-            made = made.with_element(element)
-        return made
+        return Wagon.erri_b176(self.wheelset_mass, self.primary_stiffness, self.series_springs)
 
 
 def wagon_for(vehicle: Any) -> Any:
