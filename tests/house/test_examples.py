@@ -32,6 +32,7 @@ SCENARIOS = {
     "measured_flat.toml": (9, 21.920),
     "measured_flat_deck.toml": (9, 22.697),
     "rough_rail_on_ballast.toml": (0, 1.218),
+    "two_axle_wagon.toml": (0, 1.936),
     "wheel_flat.toml": (10, 3.161),
 }
 # Script: what it prints, and the number in it.

@@ -10,6 +10,7 @@ from tests.moved_bodies import changes_of, element, moved, spring
 from tests.properties.test_wagon_elements import PLACE, run, vehicle
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.lowered import wagon_energy
+from wheeltapper.lower.structure import Slider, equivalent_of
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march.common import program as contract
 from wheeltapper.march.wagon import replay
@@ -228,3 +229,59 @@ def test_a_spring_that_carries_nothing_presses_nothing():
     main = wt.vehicles.Spring(name="s", stiffness=(0.0, 0.0, 1e6), **PLACE)
     with pytest.raises(InputError, match="which carries nothing at rest"):
         run(vehicle(main, aside, rubbed(load="aside")))
+
+
+@pytest.mark.parametrize("series", [None, 4e6])
+def test_the_equivalent_of_friction_has_the_first_harmonic_of_its_force(series):
+    # a slider that is moved to and fro, step by step, against its spring and damper
+    force, amplitude = 900.0, 1e-3
+    slider = Slider("it", np.ones(1), force, force, series)
+    stiff, loss = equivalent_of(slider, amplitude)
+    phase = 2.0 * np.pi * np.arange(80_000) / 20_000  # four turns
+    motion, slid, pulls = amplitude * np.sin(phase), 0.0, []
+    for here, ahead in zip(motion, np.cos(phase), strict=True):
+        if series is None:
+            pulls.append(force * np.sign(ahead))
+            continue
+        pull = np.clip(series * (here - slid), -force, force)
+        slid = here - pull / series
+        pulls.append(pull)
+    last = np.array(pulls)[-20_000:]
+    harmonic = 2.0 * np.mean(last * np.exp(-1j * phase[-20_000:]))
+    assert stiff * amplitude == pytest.approx(-harmonic.imag, rel=1e-3, abs=1.0)
+    assert loss * amplitude == pytest.approx(harmonic.real, rel=1e-3)
+    assert equivalent_of(slider, 1e-7)[0] == (series or 0.0)
+
+
+def test_modes_with_friction_at_an_amplitude_lie_between_stuck_and_free():
+    main = wt.vehicles.Spring(name="s", stiffness=(0.0, 0.0, 1e6), **PLACE)
+    scenes = {
+        name: wt.Scenario(
+            vehicle=vehicle(main, *elements), contact=wt.Hertz(constant_per_wheel=7e10), speed=9.0, duration=0.1,
+            profiles=wt.profiles.Cones(moving_with="wheel"),
+        )
+        for name, elements in (("rubs", (rubbed(load="s", series_stiffness=3e6, coefficient=0.1),)), ("free", ()))
+    }  # fmt: skip
+    at = {"friction_frequency": "3 Hz"}
+    free = wt.modes(scenes["free"]).frequency[0]
+    stuck = wt.modes(scenes["rubs"]).frequency[0]
+    found = [wt.modes(scenes["rubs"], friction_amplitude=size, **at) for size in ("0.01 mm", "3 mm", "30 mm", "1 m")]
+    first = [float(one.frequency[0]) for one in found]
+    assert first[0] == pytest.approx(float(stuck))
+    assert first[-1] == pytest.approx(float(free), rel=1e-3)
+    assert float(free) < first[2] < first[1] < float(stuck)
+    ratios = [float(one.damping_ratio[0]) for one in found]
+    assert ratios[0] == pytest.approx(0.0, abs=1e-6)
+    assert ratios[1] > ratios[2] > ratios[3] > 0.0
+    with pytest.raises(InputError, match="friction_amplitude: found it alone"):
+        wt.modes(scenes["rubs"], friction_amplitude="1 mm")
+
+
+def test_the_reduced_model_has_the_slope_of_a_nest():
+    scenes = [
+        run(vehicle(one), 0.01).scenario
+        for one in (nest(), wt.vehicles.Spring(name="s", stiffness=(0.0, 0.0, 2e6), **PLACE))
+    ]
+    nested, plain = (wt.reduced(scene).vehicle for scene in scenes)
+    assert nested.stiffness == pytest.approx(2e6)
+    assert nested == plain or nested.stiffness == pytest.approx(plain.stiffness)

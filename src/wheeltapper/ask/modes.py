@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
-from wheeltapper.ground.arguments import check_flag
+from wheeltapper.ground.arguments import as_quantity, check_flag
+from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.lowered.base import DECK
 from wheeltapper.lower.lowered.wagon import LoweredWagon
 from wheeltapper.lower.standing import jacobian
@@ -81,12 +82,15 @@ def fastest_growth(lowered: LoweredWagon) -> float:
     return float((values.real - ROUNDING * np.maximum(size, 1.0))[size > STILL].max())
 
 
-def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> xr.Dataset:
+def modes(
+    scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False, friction_amplitude: float | str | None = None,
+    friction_frequency: float | str | None = None,
+) -> xr.Dataset:  # fmt: skip
     """Return the modes of small vibrations of a wagon about its steady run, contacts linear and always closed.
 
-    Friction is taken as sticking: an element with a spring acts as this spring, one without a spring fixes its two ends
-    to each other in its direction. A piecewise linear damper is taken with its slope at rest, on the side of positive
-    rates.
+    Friction is taken as sticking, unless an amplitude is stated: an element with a spring acts as this spring, one
+    without a spring fixes its two ends to each other in its direction. A piecewise linear damper is taken with its
+    slope at rest, on the side of positive rates.
 
     Parameters
     ----------
@@ -94,6 +98,9 @@ def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> 
         With a `Wagon`, or the path of its TOML file; its irregularities are left out.
     fixed_wheelsets
         True: the wheelsets do not move, only the bodies on them.
+    friction_amplitude, friction_frequency
+        Both or none: friction is replaced by the spring and the damper that have its first harmonic where its two ends
+        move against each other with this amplitude, m (rad about an axis), and frequency, Hz.
 
     Returns
     -------
@@ -114,7 +121,14 @@ def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> 
     scenario = as_scenario(scenario)
     check_flag(fixed_wheelsets, "fixed_wheelsets")
     run.choose(run.MODES, scenario.needs)
-    lowered = lower_wagon(scenario.replaced({"irregularity": None}))
+    if (friction_amplitude is None) != (friction_frequency is None):
+        given = "amplitude" if friction_frequency is None else "frequency"
+        raise InputError("", f"friction_{given}", "it alone", "with friction_amplitude and friction_frequency, or none")
+    at = None
+    if friction_amplitude is not None:
+        amplitude = as_quantity(friction_amplitude, "friction_amplitude", "length")
+        at = amplitude, as_quantity(friction_frequency, "friction_frequency", "frequency")
+    lowered = lower_wagon(scenario.replaced({"irregularity": None}), friction_at=at)
     fixed = tuple(f"wheelset {i + 1}" for i in range(len(scenario.vehicle.axles))) if fixed_wheelsets else ()
     linear = linear_system(lowered, fixed)
     values, vectors = np.linalg.eig(linear.matrix)

@@ -15,6 +15,7 @@ from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.vehicle.element import Damper, Spring
+from wheeltapper.describe.vehicle.freight import CompressionSpring
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
@@ -35,8 +36,8 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
     """Return the scenario of the core model that is equivalent to one wheelset of a wagon.
 
     Mass, contacts and static contact force are those of the wheelset. Stiffness and damping are those of its vertical
-    springs and dampers, whose other ends are fixed. Dry friction is left out, and a piecewise linear damper is taken
-    with its slope at rest. x = 0 is the position of the wheelset at time zero.
+    springs and dampers, whose other ends are fixed. Dry friction is left out; springs that only press and piecewise
+    linear dampers are taken with their slopes at rest. x = 0 is the position of the wheelset at time zero.
 
     Parameters
     ----------
@@ -68,6 +69,8 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
     constant = 2.0 * lowered.contact_constant
     held = [element for element in wagon.elements if name in element.between]
     stiffness = sum(element.stiffness[2] for element in held if isinstance(element, Spring))
+    nests = [one for one in held if isinstance(one, CompressionSpring) and one.along == "z"]
+    stiffness += sum(lowered.structure.slope_at_rest(one.name) for one in nests)
     damping = sum(element.slopes[2] for element in held if isinstance(element, Damper))
     contact = scenario.contact
     if OWN_LAW in scenario.needs:

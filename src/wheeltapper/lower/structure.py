@@ -7,7 +7,7 @@ Wheelsets rotate in their axle boxes, so that no element depends on their pitch.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,6 +115,27 @@ class Structure:
     ties: FloatArray
     prestress: Prestress
 
+    def with_equivalent_friction(self, amplitude: float, frequency: float) -> Structure:
+        """Return it with springs and dampers that do what friction does in a harmonic motion at its ends.
+
+        `amplitude` is in m, or rad about an axis, `frequency` in Hz. Friction that follows a load has that at rest.
+        """
+        stiffness, damping = self.stiffness.copy(), self.damping.copy()
+        for slider in self.sliders:
+            stiff, loss = equivalent_of(slider, amplitude)
+            stiffness += stiff * np.outer(slider.row, slider.row)
+            damping += loss / (2.0 * np.pi * frequency) * np.outer(slider.row, slider.row)
+        return replace(self, stiffness=stiffness, damping=damping, sliders=())
+
+    def slope_at_rest(self, name: str) -> float:
+        """Return the slope of a piecewise linear force at rest, N/m."""
+        law = next(law for law in self.characteristics if law.name == name)
+        piece = int(np.clip(np.searchsorted(law.deflection, 0.0, side="right") - 1, 0, len(law.deflection) - 2))
+        if law.one_way and law.deflection[-1] <= 0.0:  # it is free
+            return 0.0
+        rise = law.force[piece + 1] - law.force[piece]
+        return float(rise / (law.deflection[piece + 1] - law.deflection[piece]))
+
     def bounds_of(self, slider: Slider, side: float, q: FloatArray) -> tuple[float, float]:
         """Return the force with which a slider slides to a side, -1 or 1, and with which it begins to, N."""
         pressing = slider.pressing
@@ -189,6 +210,21 @@ class _BodyPlaces:
             mass, inertia = self.masses[name]
             out.append(mass if motion in AXES else inertia[MOTIONS.index(motion) - 3])
         return np.array(out)
+
+
+def equivalent_of(slider: Slider, amplitude: float) -> tuple[float, float]:
+    """Return stiffness, N/m, and damping times circular frequency, N/m, of a slider in a harmonic motion of its ends.
+
+    They are those of the first harmonic of its force (describing function). With a spring it sticks up to an amplitude.
+    """
+    force, spring = slider.force, slider.stiffness
+    if spring is None:
+        return 0.0, 4.0 * force / (np.pi * amplitude)
+    if amplitude <= force / spring:
+        return spring, 0.0
+    angle = float(np.arccos(1.0 - 2.0 * force / (spring * amplitude)))
+    loss = 4.0 * force / (np.pi * amplitude) * (1.0 - force / (spring * amplitude))
+    return spring / np.pi * (angle - 0.5 * float(np.sin(2.0 * angle))), loss
 
 
 def structure_of(wagon: Wagon) -> Structure:

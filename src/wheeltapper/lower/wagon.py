@@ -200,13 +200,21 @@ def layout_of(scenario: Scenario, structure: Structure) -> StateLayout:
     return StateLayout((*names, DECK), (*structure.motions, (DECK, "z")))
 
 
-def lower_wagon(scenario: Scenario, method: str = "default", worn: WornRails | None = None) -> LoweredWagon:
-    """Lower a scenario with a wagon to an assembly, without its start; `worn`: rails with marks of others."""
+def lower_wagon(
+    scenario: Scenario, method: str = "default", worn: WornRails | None = None,
+    friction_at: tuple[float, float] | None = None,
+) -> LoweredWagon:  # fmt: skip
+    """Lower a scenario with a wagon to an assembly, without its start; `worn`: rails with marks of others.
+
+    `friction_at`: with friction replaced by its equivalent at this amplitude, m, and frequency, Hz.
+    """
     check_known(scenario)
     wagon, chosen = scenario.vehicle, METHODS[method]
     if len(wagon.axles) > MOST_AXLES:
         raise InputError("", "vehicle.axles", f"{len(wagon.axles)} wheelsets", f"{MOST_AXLES} at most")
     structure = structure_of(wagon)
+    if friction_at is not None:
+        structure = structure.with_equivalent_friction(*friction_at)
     loads = structure.prestress.loads
     wheelsets = [f"wheelset {i + 1}" for i in range(len(wagon.axles))]
     per_wheelset = np.array([-loads @ structure.motion_row(name, "z") for name in wheelsets])
