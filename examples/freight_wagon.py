@@ -113,8 +113,8 @@ for name in ("bogie 1", "car body"):
 # %%
 # How far does the smallest model go, a mass on its springs and on the contact? Over a joint below both rails it has the
 # largest force of the wagon without friction within a hundredth. With friction that force is a twelfth smaller: while
-# it sticks, the bogie's frame moves with the wheelset, and where it slides, it takes energy. No damper of the small
-# model does that.
+# it sticks, the bogie's frame moves with the wheelset, and where it slides, it takes energy; the small model leaves out
+# both.
 
 joint = wt.irregularities.DippedJoint(angle="20 mrad", length="1 m", position=1.0)
 over_joint = scene.replaced({"track": wt.StiffTrack(), "irregularity": joint, "duration": 0.12})

@@ -87,7 +87,7 @@ def test_a_wrong_coach_is_refused(tmp_path, capsys, old, new, parts):
             ("[profiles]", f"[[vehicle.elements]]\n{COMMON}{fields}\n[profiles]", ("vehicle.elements.1", *parts))
             for fields, *parts in (
                 ('type = "Friction"\nalong = "z"\nforce = 0', "force", "greater than 0"),
-                ('type = "Friction"\nalong = "up"\nforce = 100', "along", "'x', 'y' or 'z'"),
+                ('type = "Friction"\nalong = "up"\nforce = 100', "along", "'x', 'y', 'z'"),
                 ('type = "Friction"\nalong = "z"\nforce = 100\nstatic_force = 90', "static_force", "90 N", "100 N"),
                 ('type = "Damper"', "damping", "none of them", "damping, or along, rate and force"),
                 ('type = "Damper"\ndamping = [0, 0, 1]\nalong = "z"', "damping, along", "or along, rate and force"),

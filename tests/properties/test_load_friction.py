@@ -285,3 +285,33 @@ def test_the_reduced_model_has_the_slope_of_a_nest():
     nested, plain = (wt.reduced(scene).vehicle for scene in scenes)
     assert nested.stiffness == pytest.approx(2e6)
     assert nested == plain or nested.stiffness == pytest.approx(plain.stiffness)
+
+
+THREE_PIECE = {
+    "body_mass": 80e3, "body_inertia": (1.2e5, 1.3e6, 1.3e6), "body_height": 2.2, "plate_radius": 0.17,
+    "plate_friction": 0.25, "plate_stiffness": 1e8,
+}  # fmt: skip
+
+
+def test_a_wagon_on_three_piece_bogies_stands_and_rubs_over_a_joint():
+    whole = wt.vehicles.ThreePieceWagon(**THREE_PIECE)
+    made = whole.wagon()
+    assert made.mass == pytest.approx(80e3 + 2 * 911.0 + 4 * 630.0 + 4 * 1777.55)
+    joint = wt.irregularities.DippedJoint(angle="20 mrad", length="1 m", position=0.5)
+    record = wt.simulate(
+        wt.Scenario(
+            vehicle=whole, contact=wt.Hertz(constant_per_wheel=9e10), creep=wt.creep.Polach(friction=0.35),
+            irregularity=joint, speed=20.0, duration=0.1, rolling="point",
+        )
+    )  # fmt: skip
+    assert record.static_force == pytest.approx(9.81 * made.mass / 8.0, rel=1e-9)
+    prestress = record._lowered.structure.prestress
+    nests = [force for name, force in prestress.forces if name.startswith("wedge spring")]
+    assert np.ptp(nests) < 1e-6 * nests[0]
+    upper = (80e3 / 2.0 + 911.0) * 9.81 / 2.0  # on a side: seven main springs and two of wedges share it
+    assert nests[0] == pytest.approx(upper * 393046.0 / (7 * 572410.86 + 2 * 393046.0), rel=1e-6)
+    rubs = {str(name) for name in record.suspension_events.element.values}
+    assert {f"wedge 1 {side} {end}" for side in ("left", "right") for end in ("front", "rear")} <= rubs
+    assert float(record.energy.relative_imbalance) < 1e-7
+    left = {name.replace("left", "right") for name in rubs if "left" in name}
+    assert left == {name for name in rubs if "right" in name}

@@ -8,6 +8,7 @@ import pytest
 from tests.cases import DATA
 from wheeltapper.describe.profile import rail_60e1 as rail
 from wheeltapper.describe.profile import s1002 as wheel
+from wheeltapper.describe.profile.en13674 import arc_centres
 
 
 def test_the_wheel_profile_has_the_heights_and_slopes_of_its_definition():
@@ -32,7 +33,7 @@ def test_the_wheel_profile_joins_itself():
 @pytest.mark.parametrize("variant", ["public", "drawing"])
 def test_the_rail_head_has_the_joints_and_centres_of_its_definition(variant):
     expected = tomllib.loads((DATA / "rail_60e1.toml").read_text(encoding="utf-8"))[variant]
-    centres = rail._arc_centres(variant)
+    centres = arc_centres(rail.RADII, rail.JOINTS[variant])
     np.testing.assert_allclose(centres[1], expected["arc80_centre"], atol=2e-5)
     np.testing.assert_allclose(centres[2], expected["arc13_centre"], atol=2e-5)
     y, z = expected["side_start"]

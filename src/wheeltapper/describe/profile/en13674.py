@@ -36,20 +36,26 @@ def rail_heads() -> dict[str, tuple[tuple[float, ...], tuple[float, ...], float]
     return out
 
 
-def head_of(
-    y: FloatArray, radii: Sequence[float], joints: Sequence[float], side: float, bottom: float | None = None
-) -> FloatArray:
-    """Return the height of a rail head, mm; NaN beside it, and below its bottom.
-
-    Each joint lies on the line through the centres of its two arcs; the last arc ends where the side touches it.
-    """
-    across = np.abs(np.asarray(y, dtype=float))
+def arc_centres(radii: Sequence[float], joints: Sequence[float]) -> list[tuple[float, float]]:
+    """Return the centres of arcs that touch, mm: each joint lies on the line through the centres of its two arcs."""
     centres = [(0.0, -radii[0])]
     for radius, following, joint in zip(radii[:-1], radii[1:], joints, strict=True):
         middle, z = centres[-1]
         height = z + sqrt(radius**2 - (joint - middle) ** 2)
         share = following / radius
         centres.append((joint - share * (joint - middle), height - share * (height - z)))
+    return centres
+
+
+def head_of(
+    y: FloatArray, radii: Sequence[float], joints: Sequence[float], side: float, bottom: float | None = None
+) -> FloatArray:
+    """Return the height of a rail head, mm; NaN beside it, and below its bottom.
+
+    The last arc ends where the side touches it.
+    """
+    across = np.abs(np.asarray(y, dtype=float))
+    centres = arc_centres(radii, joints)
     last_y, last_z = centres[-1]
     long = hypot(1.0, side)
     begins = last_y + radii[-1] / long, last_z + radii[-1] * side / long

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from wheeltapper.describe.vehicle.freight import LoadFriction as LoadFriction
     from wheeltapper.describe.vehicle.passenger_cars import CooperriderCar as CooperriderCar
     from wheeltapper.describe.vehicle.passenger_cars import Gz18 as Gz18
+    from wheeltapper.describe.vehicle.three_piece import ThreePieceWagon as ThreePieceWagon
     from wheeltapper.describe.vehicle.wagon import ErriB176 as ErriB176
     from wheeltapper.describe.vehicle.wagon import Published as Published
     from wheeltapper.describe.vehicle.wagon import Wagon as Wagon
