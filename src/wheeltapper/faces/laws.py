@@ -295,8 +295,9 @@ def _(element: Sliding) -> Characteristic:
 
 @characteristic_of.register
 def _(element: CompressionSpring) -> Characteristic:
-    places = np.append(-0.25 * element.compression[-1], np.array(element.compression, dtype=float))
-    force = np.append(0.0, np.array(element.force, dtype=float))
+    corners, heights = np.array(element.compression, dtype=float), np.array(element.force, dtype=float)
+    places = np.union1d(np.linspace(-0.25 * corners[-1], corners[-1], POINTS), corners)
+    force = np.interp(places, corners, heights, left=0.0)
     return Characteristic("pressed by [mm]", {f"along {element.along}": (1e3 * places, force / 1e3)})
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, ClassVar
 
 from wheeltapper.describe.noun import Coefficient, Inertia, Mass, PositiveLength, PositiveStiffness
 from wheeltapper.describe.vehicle.body import Axle, Body
@@ -32,6 +32,9 @@ class ThreePieceWagon(Published):
     height of the bolster's springs is that of the axles, on which the side frames' centres are, too. In the source the
     wheels touch the rails 1.575 m apart; here that follows from the profiles.
 
+    Source: mbsim-wagons (L. Baruffaldi, Unicamp; 42b61e4), barbertruck.cpp and input.in: seven springs and two wedges
+    to a side.
+
     Parameters
     ----------
     body_mass, body_inertia, body_height
@@ -42,11 +45,12 @@ class ThreePieceWagon(Published):
         Of the flat centre plates: outer radius, m, coefficient of friction, and vertical stiffness of each, N/m.
     wedge_friction
         Coefficient of friction between wedge and side frame.
-
-    Source: mbsim-wagons (L. Baruffaldi, Unicamp; 42b61e4), barbertruck.cpp and input.in: seven springs and two wedges
-    to a side.
     """
 
+    example: ClassVar[dict[str, Any]] = {
+        "body_mass": 13344.0, "body_inertia": (52800.0, 1284000.0, 1284000.0), "body_height": 1.5, "plate_radius": 0.17,
+        "plate_friction": 0.25, "plate_stiffness": 1e8,
+    }  # fmt: skip
     body_mass: Mass
     body_inertia: tuple[Inertia, Inertia, Inertia]
     body_height: PositiveLength
