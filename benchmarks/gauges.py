@@ -1,6 +1,6 @@
 """How well flats are told and sized from rail gauges, on recordings of another program than the model.
 
-uv run python benchmarks/gauges.py [--bogies 20] [--seed 1] [--healthy | --own] [--file WHEELS.json]
+uv run python benchmarks/gauges.py [--bogies 20] [--seed 1] [--healthy | --own | --train] [--file WHEELS.json]
 
 Each bogie has two wheels 1.8 m apart on a rail of finite elements. One of them has a flat, fresh or rounded, of 25 to
 60 mm; with `--healthy` none has. Drawn are speeds of 10 to 35 m/s, static forces of 30 to 110 kN and three to ten pairs
@@ -15,6 +15,8 @@ foreseen. CPU times are of measuring, not of the other program.
 
 With `--own` recordings are those of the package's model: one wheel on three pairs, each value of track and wheel off by
 what the site states as its uncertainty. Then a length shall be within three standard deviations of its interval.
+
+With `--train` it is timed how long the wheels of one train of 200 axles take, of which two have a flat.
 """
 
 from __future__ import annotations
@@ -59,6 +61,10 @@ OWN_PAIRS, OWN_PLACE, OWN_WAY = 3, 6.0, 13.0
 """With `--own`: pairs of gauges, where their first bay begins, and how far the wheel rolls, m."""
 THREE = 3.0 / 1.645
 """Three standard deviations over half an interval of 90 %."""
+VEHICLES, VEHICLE, ITS_AXLES = 50, 14.0, (0.0, 1.8, 9.0, 10.8)
+"""With `--train`: vehicles, their length, m, and where their axles are."""
+STRUCK = {33: (70e3, 0.045, -1.2, False), 121: (55e3, 0.038, -0.6, True)}
+"""With `--train`: axles with a flat: static force, N, length and place, m, and whether it is rounded."""
 QUICK = 34
 """Seed of a fast bogie on three pairs of gauges."""
 
@@ -203,6 +209,39 @@ def measured_by_own(seed: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def timed_train() -> str:
+    """Return how long a train of 200 axles takes, without a model and with one, and what is told of its flats."""
+    rng, speed = np.random.default_rng(5), 22.0
+    line = wayside.Line(
+        [("pair", wayside.SPACING * k + 0.1, wayside.SPACING * k + 0.5) for k in range(6)], before=14.0,
+        pad=1.12 * wayside.PAD, ballast=0.88 * wayside.BALLAST, hertz=1.05 * wayside.HERTZ, shear=SHEAR, per_bay=12,
+    )  # fmt: skip
+    wheels = [wayside.Wheel(load, 900 + k, None, False) for k, load in enumerate((60e3, 75e3, 90e3, 50e3))]
+    wheels += [wayside.Wheel(load, 950 + k, flat, worn) for k, (load, *flat, worn) in STRUCK.items()]
+    passages = line.passages(wheels, speed, wayside.FINELY).recorded(RATE)
+    axles = [VEHICLE * number + place for number in range(VEHICLES) for place in ITS_AXLES]
+    chosen = rng.integers(0, 4, len(axles))
+    chosen[list(STRUCK)] = 4, 5
+    read, _ = wayside.train_of(line, passages, speed, RATE, axles, chosen)
+    spoiled = (1.0 + GAIN * rng.standard_normal((len(read), 1))) * read + NOISE * rng.standard_normal(read.shape)
+    channels = {str(number): Recording(row, RATE, "force") for number, row in enumerate(spoiled)}
+    site = site_of([(a, b) for _, a, b in line.channels])
+    begun = process_time()
+    measure_trains(channels, site)
+    without = process_time() - begun
+    (train,) = measure_trains(channels, site, diagnosed="suspicious")
+    took = process_time() - begun - without
+    lines = [f"{len(train.axles)} axles: CPU {without:.1f} s without a model, {took:.1f} s with it"]
+    for number, axle in enumerate(train.axles):
+        said = axle["wheels"][0].get("finding") or {"verdict": "healthy"}
+        if number in STRUCK or said["verdict"] != "healthy":
+            true = f"{1e3 * STRUCK[number][1]:.1f} mm" if number in STRUCK else "none"
+            lines.append(
+                f"axle {number}: flat of {true}, told {said['verdict']} {1e3 * (said.get('size') or 0):.1f} mm"
+            )
+    return "\n".join(lines)
+
+
 def summary(rows: list[dict[str, Any]]) -> str:
     """Return what is told of wheels with a flat, and of the others."""
     struck, sound = [one for one in rows if one["kind"] in KINDS], [one for one in rows if one["kind"] not in KINDS]
@@ -247,8 +286,12 @@ def main() -> None:
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--healthy", action="store_true", help="no wheel has a flat")
     which.add_argument("--own", action="store_true", help="recordings of the package's model, of one wheel each")
+    which.add_argument("--train", action="store_true", help="how long a train of 200 axles takes")
     parser.add_argument("--file", type=Path, help="where to write all of it")
     options = parser.parse_args()
+    if options.train:
+        print(timed_train())
+        return
     rows: list[dict[str, Any]] = []
     for seed in [QUICK] if options.smallest else range(options.seed, options.seed + options.bogies):
         strikes = 1 if options.smallest else STRIKES
