@@ -8,6 +8,8 @@ minimum along each direction finds its only minimum, since the energy is quadrat
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +26,8 @@ FAR = 1e3
 """How far beyond its corners a characteristic goes on, m."""
 
 
-class OneWay(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class OneWay:
     """A spring that only presses, and the row of what parts its ends; in the direction of pressing it is -`row`·q."""
 
     spring: CompressionSpring
@@ -35,7 +38,7 @@ class OneWay(NamedTuple):
         """Whether its force under the static load is stated."""
         return self.spring.preload is not None or self.spring.gap is not None
 
-    @property
+    @cached_property
     def corners(self) -> tuple[FloatArray, FloatArray]:
         """Its corners, of which the first is where it is free, and the last far beyond."""
         pressed, force = (np.array(values, dtype=float) for values in (self.spring.compression, self.spring.force))
@@ -176,13 +179,9 @@ def _best_share(
         min(ends) >= 0.0 and one.slope(ends[0]) == one.slope(ends[1]) for one, ends in zip(found, pressed, strict=True)
     ):
         return 1.0
-    low, high = 0.0, 1.0
+    from scipy.optimize import brentq
+
+    high = 1.0
     while downhill(high) > 0.0 and high < 1e6:
-        low, high = high, 2.0 * high
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        if downhill(middle) > 0.0:
-            low = middle
-        else:
-            high = middle
-    return high
+        high *= 2.0
+    return float(brentq(downhill, 0.0, high, xtol=1e-15)) if downhill(0.0) > 0.0 >= downhill(high) else high

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.profile.pieces import Arc, Line, Piece, height_of, rows_of
+from wheeltapper.describe.profile.s1002 import FLANGE_BACK
 
 FloatArray = NDArray[np.float64]
 NUMBERS = ("120", "140", "140M", "220", "240", "320", "340")
-FLANGE_BACK = 70.0
 
 
 @cache
